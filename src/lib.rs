@@ -1,0 +1,11 @@
+//! jostle: planning for robots that work in clutter.
+//!
+//! The map, in dependency order (`ARCHITECTURE.md` explains it; a test holds the code to it):
+//! `error` <- `geom` <- `scene` <- `action` <- {`physics`, `grasp`} <- `plan` <- {`eval`, `record`} <- `ffi`.
+//! `search` and `run` stand aside: they know only `error`.
+
+pub mod error;
+pub mod run;
+pub mod search;
+
+pub use error::{Error, Result};
