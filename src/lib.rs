@@ -4,8 +4,12 @@
 //! `error` <- `geom` <- `scene` <- `action` <- {`physics`, `grasp`} <- `plan` <- {`eval`, `record`} <- `ffi`.
 //! `search` and `run` stand aside: they know only `error`.
 
+pub mod action;
 pub mod error;
+pub mod geom;
+pub mod physics;
 pub mod run;
+pub mod scene;
 pub mod search;
 
 pub use error::{Error, Result};

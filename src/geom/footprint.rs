@@ -1,0 +1,342 @@
+//! What a body looks like from above: the shape a user gives, and the footprint made of it.
+
+use serde::{Deserialize, Serialize};
+
+use super::decompose::convex_pieces;
+use super::polygon::{
+    area, area_moments, contains_point, convex_hull, disc_polygon, edges, intersection_area, is_convex, is_simple,
+};
+use super::pose::{Pose2, Vec2, vec2};
+use crate::error::{Error, Result, check_positive};
+
+/// Least area of a shape: a square millimetre.
+const MIN_AREA: f64 = 1e-6;
+/// Corners that stand for a disc where corners are needed (outlines, areas).
+const DISC_CORNERS: usize = 32;
+/// How far a corner may lie inside the hull and the polygon still counts as convex, metres.
+const CONVEX_SLACK: f64 = 1e-7;
+
+/// A planar shape in the body frame, as given. Corners in either direction; metres.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Shape {
+    /// A convex polygon; refused where it is not convex.
+    ConvexPolygon(Vec<[f64; 2]>),
+    /// A simple polygon, convex or not, split into convex pieces.
+    Polygon(Vec<[f64; 2]>),
+    /// A disc about the body's origin.
+    Disc { radius: f64 },
+    /// Parts at poses in the body frame. They should touch; where they overlap the mass counts twice.
+    Compound(Vec<CompoundPart>),
+}
+
+/// A part of a compound shape.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CompoundPart {
+    #[serde(default)]
+    pub pose: Pose2,
+    pub shape: Shape,
+}
+
+impl Shape {
+    /// An axis-aligned rectangle about the origin: extent along x and along y, metres.
+    pub fn rectangle(x: f64, y: f64) -> Shape {
+        let (x, y) = (x / 2.0, y / 2.0);
+        Shape::ConvexPolygon(vec![[-x, -y], [x, -y], [x, y], [-x, y]])
+    }
+}
+
+/// A convex piece of a footprint, in the body frame.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Piece {
+    /// Counter-clockwise corners.
+    Convex(Vec<Vec2>),
+    Disc {
+        centre: Vec2,
+        radius: f64,
+    },
+}
+
+impl Piece {
+    /// Greatest extent of the piece along a direction of the body frame.
+    #[inline]
+    pub fn support(&self, direction: Vec2) -> f64 {
+        match self {
+            Piece::Convex(points) => points.iter().map(|p| p.dot(&direction)).fold(f64::NEG_INFINITY, f64::max),
+            Piece::Disc { centre, radius } => centre.dot(&direction) + radius * direction.norm(),
+        }
+    }
+}
+
+/// The shape of a body made ready for use: convex pieces, outlines, and their measures. Body frame, metres.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Footprint {
+    /// The shape it was made of.
+    pub shape: Shape,
+    /// Convex pieces that cover the shape.
+    pub pieces: Vec<Piece>,
+    /// Counter-clockwise outlines, one for each part (one unless the shape is a compound).
+    pub outlines: Vec<Vec<Vec2>>,
+    /// Square metres.
+    pub area: f64,
+    /// Centroid of the area.
+    pub centroid: Vec2,
+    /// Squared radius of gyration about the centroid, square metres.
+    pub gyration_squared: f64,
+    /// Greatest distance of a point of the shape from the body's origin.
+    pub radius: f64,
+}
+
+impl Footprint {
+    /// Checks the shape and prepares it. Errors name the field within the shape.
+    pub fn new(shape: Shape) -> Result<Footprint> {
+        let mut parts = Vec::new();
+        collect_parts(&shape, &Pose2::IDENTITY, "shape", 0, &mut parts)?;
+        if parts.is_empty() {
+            return Err(Error::argument("shape.compound", "has no parts; give at least one"));
+        }
+        let total: f64 = parts.iter().map(|p| p.area).sum();
+        let centroid = parts.iter().map(|p| p.centroid * p.area).sum::<Vec2>() / total;
+        let second: f64 = parts.iter().map(|p| p.second + p.area * (p.centroid - centroid).norm_squared()).sum();
+        let radius = parts
+            .iter()
+            .flat_map(|p| p.pieces.iter())
+            .map(|piece| match piece {
+                Piece::Convex(points) => points.iter().map(|q| q.norm()).fold(0.0, f64::max),
+                Piece::Disc { centre, radius } => centre.norm() + radius,
+            })
+            .fold(0.0, f64::max);
+        let outlines = parts.iter().map(|p| p.outline.clone()).collect();
+        Ok(Footprint {
+            shape,
+            pieces: parts.into_iter().flat_map(|p| p.pieces).collect(),
+            outlines,
+            area: total,
+            centroid,
+            gyration_squared: second / total,
+            radius,
+        })
+    }
+
+    /// A footprint given directly by its convex pieces (corners counter-clockwise).
+    pub fn from_convex_pieces(pieces: Vec<Vec<Vec2>>) -> Result<Footprint> {
+        let parts = pieces
+            .into_iter()
+            .map(|p| CompoundPart {
+                pose: Pose2::IDENTITY,
+                shape: Shape::ConvexPolygon(p.into_iter().map(|q| [q.x, q.y]).collect()),
+            })
+            .collect();
+        Footprint::new(Shape::Compound(parts))
+    }
+
+    /// Greatest extent along a direction of the body frame.
+    #[inline]
+    pub fn support(&self, direction: Vec2) -> f64 {
+        self.pieces.iter().map(|p| p.support(direction)).fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// The world point lies on the body.
+    pub fn contains(&self, pose: &Pose2, point: Vec2) -> bool {
+        let p = pose.inverse_transform_point(point);
+        self.pieces.iter().any(|piece| match piece {
+            Piece::Convex(points) => contains_point(points, p),
+            Piece::Disc { centre, radius } => (p - centre).norm_squared() <= radius * radius,
+        })
+    }
+
+    /// Intersection over union of the footprint at two poses, in [0, 1].
+    pub fn iou(&self, a: &Pose2, b: &Pose2) -> f64 {
+        let at = |pose: &Pose2| -> Vec<Vec<Vec2>> {
+            let frame = pose.frame();
+            self.pieces.iter().map(|p| corners(p).iter().map(|&q| frame.point(q)).collect()).collect()
+        };
+        let (pa, pb) = (at(a), at(b));
+        let shared: f64 = pa.iter().flat_map(|x| pb.iter().map(move |y| intersection_area(x, y))).sum();
+        let area: f64 = pa.iter().map(|x| super::polygon::area(x)).sum();
+        shared / (2.0 * area - shared).max(f64::MIN_POSITIVE)
+    }
+
+    /// Bounding box (least, greatest corner) in the body frame.
+    pub fn bounds(&self) -> (Vec2, Vec2) {
+        let (x, y) = (vec2(1.0, 0.0), vec2(0.0, 1.0));
+        (vec2(-self.support(-x), -self.support(-y)), vec2(self.support(x), self.support(y)))
+    }
+
+    /// Directions of greatest and least spread of the area (principal axes), unit vectors of the body frame.
+    /// The first is the long axis; its angle lies in (-pi/2, pi/2]. A shape without a preferred direction gives +x.
+    pub fn principal_axes(&self) -> (Vec2, Vec2) {
+        let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
+        for outline in &self.outlines {
+            // Second moments by triangles about the centroid.
+            for (p, q) in edges(outline) {
+                let (p, q) = (p - self.centroid, q - self.centroid);
+                let w = (p.x * q.y - p.y * q.x) / 12.0;
+                xx += w * (p.x * p.x + p.x * q.x + q.x * q.x);
+                yy += w * (p.y * p.y + p.y * q.y + q.y * q.y);
+                xy += w * (2.0 * p.x * p.y + p.x * q.y + q.x * p.y + 2.0 * q.x * q.y) / 2.0;
+            }
+        }
+        let spread = (0.5 * (xx - yy)).hypot(xy);
+        if spread < 1e-3 * (xx + yy) {
+            return (vec2(1.0, 0.0), vec2(0.0, 1.0));
+        }
+        let angle = 0.5 * (2.0 * xy).atan2(xx - yy);
+        let long = vec2(angle.cos(), angle.sin());
+        (long, vec2(-long.y, long.x))
+    }
+}
+
+/// Corners of a piece; a disc is replaced by a polygon of the same area.
+pub(crate) fn corners(piece: &Piece) -> std::borrow::Cow<'_, [Vec2]> {
+    match piece {
+        Piece::Convex(points) => points.as_slice().into(),
+        Piece::Disc { centre, radius } => disc_polygon(*centre, *radius, DISC_CORNERS).into(),
+    }
+}
+
+struct Part {
+    pieces: Vec<Piece>,
+    outline: Vec<Vec2>,
+    area: f64,
+    centroid: Vec2,
+    second: f64,
+}
+
+fn collect_parts(shape: &Shape, pose: &Pose2, field: &str, depth: usize, out: &mut Vec<Part>) -> Result<()> {
+    if !pose.is_finite() {
+        return Err(Error::argument(format!("{field}.pose"), "is not finite"));
+    }
+    match shape {
+        Shape::Disc { radius } => {
+            check_positive(&format!("{field}.disc.radius"), *radius)?;
+            let centre = pose.position();
+            let area = std::f64::consts::PI * radius * radius;
+            if area < MIN_AREA {
+                return Err(Error::argument(format!("{field}.disc.radius"), "is too small: the disc has under 1 mm^2"));
+            }
+            out.push(Part {
+                pieces: vec![Piece::Disc { centre, radius: *radius }],
+                outline: disc_polygon(centre, *radius, DISC_CORNERS),
+                area,
+                centroid: centre,
+                second: area * radius * radius / 2.0,
+            });
+        }
+        Shape::ConvexPolygon(points) => out.push(polygon_part(points, pose, &format!("{field}.convex_polygon"), true)?),
+        Shape::Polygon(points) => out.push(polygon_part(points, pose, &format!("{field}.polygon"), false)?),
+        Shape::Compound(parts) => {
+            if depth > 8 {
+                return Err(Error::argument(field, "compounds are nested more than 8 deep"));
+            }
+            for (i, part) in parts.iter().enumerate() {
+                collect_parts(
+                    &part.shape,
+                    &pose.compose(&part.pose),
+                    &format!("{field}.compound[{i}]"),
+                    depth + 1,
+                    out,
+                )?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn polygon_part(points: &[[f64; 2]], pose: &Pose2, field: &str, must_be_convex: bool) -> Result<Part> {
+    if points.len() < 3 {
+        return Err(Error::argument(field, format!("has {} corners; a polygon needs at least 3", points.len())));
+    }
+    for (i, p) in points.iter().enumerate() {
+        if !(p[0].is_finite() && p[1].is_finite()) {
+            return Err(Error::argument(format!("{field}[{i}]"), "is not finite"));
+        }
+        let q = points[(i + 1) % points.len()];
+        if (p[0] - q[0]).hypot(p[1] - q[1]) < 1e-7 {
+            return Err(Error::argument(format!("{field}[{i}]"), "coincides with the next corner; remove one of them"));
+        }
+    }
+    let mut local: Vec<Vec2> = points.iter().map(|p| vec2(p[0], p[1])).collect();
+    if area(&local) < 0.0 {
+        local.reverse();
+    }
+    if !is_simple(&local) {
+        return Err(Error::argument(
+            field,
+            "edges cross or touch each other; give the corners in order round the outline",
+        ));
+    }
+    let frame = pose.frame();
+    let mut outline: Vec<Vec2> = local.iter().map(|&p| frame.point(p)).collect();
+    let (a, centroid, second) = area_moments(&outline);
+    if a < MIN_AREA {
+        return Err(Error::argument(field, format!("has an area of {a:.3e} m^2; at least 1 mm^2 is needed")));
+    }
+    let convex = is_convex(&outline, CONVEX_SLACK);
+    if must_be_convex && !convex {
+        return Err(Error::argument(field, "is not convex; use a `polygon`, which is split into convex pieces"));
+    }
+    let pieces = if convex {
+        outline = convex_hull(&outline);
+        vec![Piece::Convex(outline.clone())]
+    } else {
+        let split = convex_pieces(&outline)
+            .map_err(|_| Error::argument(field, "could not be split into convex pieces; simplify the outline"))?;
+        // Slivers of the triangulation carry no area; the hull takes away their collinear corners.
+        split.iter().map(|p| convex_hull(p)).filter(|p| p.len() >= 3 && area(p) > 1e-9).map(Piece::Convex).collect()
+    };
+    Ok(Part { pieces, outline, area: a, centroid, second })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rectangle_has_its_textbook_measures() {
+        let f = Footprint::new(Shape::rectangle(0.04, 0.02)).unwrap();
+        assert!((f.area - 8e-4).abs() < 1e-15);
+        assert!((f.gyration_squared - (0.04f64.powi(2) + 0.02f64.powi(2)) / 12.0).abs() < 1e-12);
+        assert_eq!(f.pieces.len(), 1);
+        let (long, _) = f.principal_axes();
+        assert!((long.x.abs() - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn principal_axes_follow_the_rotation() {
+        let c = 0.5f64;
+        let r = |x: f64, y: f64| [c.cos() * x - c.sin() * y, c.sin() * x + c.cos() * y];
+        let f = Footprint::new(Shape::Polygon(vec![r(-0.04, -0.01), r(0.04, -0.01), r(0.04, 0.01), r(-0.04, 0.01)]))
+            .unwrap();
+        let (long, _) = f.principal_axes();
+        assert!((long.y.atan2(long.x) - c).abs() < 1e-9);
+    }
+
+    #[test]
+    fn bad_shapes_name_the_field() {
+        let cases: Vec<(Shape, &str)> = vec![
+            (Shape::Disc { radius: f64::NAN }, "shape.disc.radius"),
+            (Shape::ConvexPolygon(vec![[0., 0.], [1., 0.]]), "shape.convex_polygon"),
+            (Shape::Polygon(vec![[0., 0.], [1., 1.], [1., 0.], [0., 1.]]), "shape.polygon"),
+            (Shape::ConvexPolygon(vec![[0., 0.], [2., 0.], [0.5, 0.5], [0., 2.]]), "shape.convex_polygon"),
+            (Shape::Compound(vec![]), "shape.compound"),
+            (
+                Shape::Compound(vec![CompoundPart { pose: Pose2::IDENTITY, shape: Shape::Disc { radius: 0.0 } }]),
+                "shape.compound[0].disc.radius",
+            ),
+        ];
+        for (shape, field) in cases {
+            match Footprint::new(shape.clone()) {
+                Err(Error::Argument { field: f, .. }) => assert_eq!(f, field, "{shape:?}"),
+                other => panic!("{shape:?}: {other:?}"),
+            }
+        }
+    }
+
+    #[test]
+    fn iou_of_a_shifted_square_is_known() {
+        let f = Footprint::new(Shape::rectangle(0.04, 0.04)).unwrap();
+        let iou = f.iou(&Pose2::IDENTITY, &Pose2::new(0.02, 0.0, 0.0));
+        assert!((iou - 1.0 / 3.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,18 @@
+//! Plane geometry: poses, polygons, footprints and the exact tests between them.
+//!
+//! Metres and radians, right-handed, angles counter-clockwise from +x. Double precision throughout;
+//! only a `State` stores single precision.
+
+mod clearance;
+mod decompose;
+mod footprint;
+mod polygon;
+mod pose;
+
+pub use clearance::{Obb, piece_gap, pieces_gap};
+pub use decompose::convex_pieces;
+pub use footprint::{Footprint, Piece, Shape};
+pub use polygon::{
+    area, area_moments, clip_convex, contains_point, convex_hull, intersection_area, is_convex, is_simple,
+};
+pub use pose::{Pose2, Vec2, normalize_angle, vec2};

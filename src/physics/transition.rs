@@ -1,0 +1,76 @@
+//! One interface for every model of what a push does.
+
+use std::any::Any;
+
+use crate::action::Push;
+use crate::run::Stop;
+use crate::scene::{Mask, Scene, State};
+
+/// Working memory of an engine for one thread. Made by [`Transition::scratch`]; opaque to the caller.
+pub type Scratch = Box<dyn Any + Send>;
+
+/// A push to be executed from a state.
+#[derive(Debug, Clone, Copy)]
+pub struct PushJob<'a> {
+    pub state: &'a State,
+    pub push: Push,
+}
+
+/// How a push ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum PushStatus {
+    /// Executed; the state is the world afterwards.
+    #[default]
+    Executed,
+    /// The tip would come down on this body (or the push is not finite or of no length: `None`);
+    /// nothing was executed and the state is the one before.
+    Illegal { body: Option<usize> },
+    /// The stop was requested before the end; the state is not to be used.
+    Interrupted,
+}
+
+/// What a push did.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct PushResult {
+    pub status: PushStatus,
+    pub state: State,
+    /// Bodies that the tip touched.
+    pub touched: Mask,
+    /// Bodies that are outside the workspace now and were inside before, by the workspace's rule
+    /// (for all bodies: the planner applies the scope).
+    pub left: Mask,
+}
+
+/// A model of what a push does to every body, prepared for one scene.
+///
+/// Batch-first: an engine may run the jobs of a call side by side, and the result of a job must not depend on the
+/// others, on what ran before on the same scratch, or on the thread: the same state and push give the same bits.
+///
+/// Thread rule: shared freely between threads; one scratch is used by one thread at a time.
+pub trait Transition: Send + Sync {
+    /// Name and settings for reports, such as `rapier balanced`.
+    fn name(&self) -> &str;
+
+    /// The scene it was prepared for.
+    fn scene(&self) -> &Scene;
+
+    /// Working memory for one thread.
+    fn scratch(&self) -> Scratch;
+
+    /// How many jobs a call should have for the engine to be at its best.
+    fn batch_size(&self) -> usize {
+        1
+    }
+
+    /// Executes `jobs[i]` into `results[i]`. A requested stop leaves the rest `Interrupted` within a physics slice
+    /// (well under a millisecond). `results` keeps its memory between calls.
+    fn step_batch(&self, scratch: &mut Scratch, jobs: &[PushJob<'_>], results: &mut [PushResult], stop: &Stop);
+
+    /// One push on its own.
+    fn step(&self, scratch: &mut Scratch, state: &State, push: &Push, stop: &Stop) -> PushResult {
+        let mut result = [PushResult::default()];
+        self.step_batch(scratch, &[PushJob { state, push: *push }], &mut result, stop);
+        let [result] = result;
+        result
+    }
+}

@@ -1,0 +1,306 @@
+//! A scene and the problem posed in it.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::body::{Body, BodyDef, MAX_BODIES};
+use super::gripper::Gripper;
+use super::state::{Mask, State};
+use super::workspace::{LeaveScope, Workspace};
+use crate::error::{Error, Result, check_range};
+use crate::geom::{Pose2, pieces_gap};
+
+/// How far two bodies may overlap before a state is refused, metres. Cameras see touching bodies overlap a little;
+/// engines push such bodies apart by no more than the overlap.
+pub const DEFAULT_OVERLAP_TOLERANCE: f64 = 0.006;
+
+/// Coefficients of the surfaces that are not bodies. A contact uses the product of its two surfaces' coefficients.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Friction {
+    pub ground: f64,
+    pub tip: f64,
+}
+
+impl Default for Friction {
+    /// The originals' Bullet scenes: with blocks of 0.5 this gives 0.55 on the ground and 0.45 at the tip.
+    fn default() -> Self {
+        Self { ground: 1.1, tip: 0.9 }
+    }
+}
+
+/// Everything about the world that does not move: immutable while planning.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    bodies: Vec<Body>,
+    gripper: Gripper,
+    workspace: Workspace,
+    friction: Friction,
+    overlap_tolerance: f64,
+}
+
+/// Collects bodies and settings, checks them, and makes a [`Scene`].
+#[derive(Debug, Clone, Default)]
+pub struct SceneBuilder {
+    bodies: Vec<Body>,
+    gripper: Gripper,
+    workspace: Workspace,
+    friction: Friction,
+    overlap_tolerance: Option<f64>,
+}
+
+impl SceneBuilder {
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a body and gives its index. On error nothing changes.
+    pub fn add_body(&mut self, def: BodyDef) -> Result<usize> {
+        let index = self.bodies.len();
+        if index == MAX_BODIES {
+            return Err(Error::argument("bodies", format!("a scene holds at most {MAX_BODIES} bodies")));
+        }
+        let mut body = Body::new(def).map_err(|e| e.within(&format!("bodies[{index}]")))?;
+        if body.name.is_empty() {
+            body.name = format!("body {index}");
+        }
+        if self.bodies.iter().any(|b| b.name == body.name) {
+            return Err(Error::argument(format!("bodies[{index}].name"), format!("`{}` is taken", body.name)));
+        }
+        self.bodies.push(body);
+        Ok(index)
+    }
+
+    pub fn gripper(&mut self, gripper: Gripper) -> &mut Self {
+        self.gripper = gripper;
+        self
+    }
+
+    pub fn workspace(&mut self, workspace: Workspace) -> &mut Self {
+        self.workspace = workspace;
+        self
+    }
+
+    pub fn friction(&mut self, friction: Friction) -> &mut Self {
+        self.friction = friction;
+        self
+    }
+
+    /// See [`DEFAULT_OVERLAP_TOLERANCE`].
+    pub fn overlap_tolerance(&mut self, metres: f64) -> &mut Self {
+        self.overlap_tolerance = Some(metres);
+        self
+    }
+
+    pub fn build(self) -> Result<Scene> {
+        if self.bodies.is_empty() {
+            return Err(Error::argument("bodies", "the scene has no bodies; add at least one"));
+        }
+        self.gripper.validate()?;
+        self.workspace.validate()?;
+        check_range("friction.ground", self.friction.ground, 0.0..=10.0)?;
+        check_range("friction.tip", self.friction.tip, 0.0..=10.0)?;
+        let overlap_tolerance = self.overlap_tolerance.unwrap_or(DEFAULT_OVERLAP_TOLERANCE);
+        check_range("overlap_tolerance", overlap_tolerance, 0.0..=0.05)?;
+        Ok(Scene {
+            bodies: self.bodies,
+            gripper: self.gripper,
+            workspace: self.workspace,
+            friction: self.friction,
+            overlap_tolerance,
+        })
+    }
+}
+
+impl Scene {
+    pub fn bodies(&self) -> &[Body] {
+        &self.bodies
+    }
+
+    pub fn body(&self, index: usize) -> &Body {
+        &self.bodies[index]
+    }
+
+    pub fn len(&self) -> usize {
+        self.bodies.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.bodies.is_empty()
+    }
+
+    pub fn gripper(&self) -> &Gripper {
+        &self.gripper
+    }
+
+    pub fn workspace(&self) -> &Workspace {
+        &self.workspace
+    }
+
+    pub fn friction(&self) -> &Friction {
+        &self.friction
+    }
+
+    pub fn overlap_tolerance(&self) -> f64 {
+        self.overlap_tolerance
+    }
+
+    /// The index of the body with this name.
+    pub fn find(&self, name: &str) -> Option<usize> {
+        self.bodies.iter().position(|b| b.name == name)
+    }
+
+    /// A builder that holds what this scene holds.
+    pub fn to_builder(&self) -> SceneBuilder {
+        SceneBuilder {
+            bodies: self.bodies.clone(),
+            gripper: self.gripper.clone(),
+            workspace: self.workspace,
+            friction: self.friction,
+            overlap_tolerance: Some(self.overlap_tolerance),
+        }
+    }
+
+    /// The same scene with friction scaled: one factor for the tip, one for each body (on all its contacts).
+    pub fn with_scaled_friction(&self, tip: f64, bodies: &[f64]) -> Scene {
+        let mut scene = self.clone();
+        scene.friction.tip *= tip;
+        for (body, factor) in scene.bodies.iter_mut().zip(bodies) {
+            body.friction *= factor;
+        }
+        scene
+    }
+
+    /// Refuses a state that does not fit the scene: wrong count, not finite, or bodies that overlap too far.
+    pub fn check_state(&self, state: &State) -> Result<()> {
+        if state.len() != self.len() {
+            return Err(Error::argument(
+                "poses",
+                format!("has {} poses for {} bodies; give one for each", state.len(), self.len()),
+            ));
+        }
+        for (i, pose) in state.iter() {
+            if !pose.is_finite() {
+                return Err(Error::argument(format!("poses[{i}]"), "is not finite"));
+            }
+        }
+        for (i, pi) in state.iter() {
+            for (j, pj) in state.iter().filter(|(j, _)| *j > i) {
+                let gap = pieces_gap(&self.bodies[i].footprint, &pi, &self.bodies[j].footprint, &pj);
+                if gap < -self.overlap_tolerance {
+                    return Err(Error::argument(
+                        format!("poses[{j}]"),
+                        format!(
+                            "`{}` overlaps `{}` by {:.1} mm; at most {:.1} mm is taken as measuring noise",
+                            self.bodies[j].name,
+                            self.bodies[i].name,
+                            -gap * 1e3,
+                            self.overlap_tolerance * 1e3
+                        ),
+                    ));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The present bodies that have left the workspace by its rule and scope.
+    pub fn left(&self, state: &State, target: Option<usize>) -> Mask {
+        let mut left = Mask::EMPTY;
+        for (i, pose) in state.iter() {
+            let counts = self.workspace.leave_scope == LeaveScope::AllBodies || target == Some(i);
+            if counts && !self.workspace.holds(&self.bodies[i].footprint, &pose) {
+                left.insert(i);
+            }
+        }
+        left
+    }
+}
+
+/// A retrieval problem: bring `target` out of the clutter.
+#[derive(Debug, Clone)]
+pub struct Problem {
+    /// Where it came from: a file's stem, a generator's seed.
+    pub name: String,
+    pub scene: Arc<Scene>,
+    pub state: State,
+    /// Index of the body to retrieve.
+    pub target: usize,
+}
+
+impl Problem {
+    /// Checks that the state fits the scene and that the target is there and can be grasped.
+    pub fn new(name: impl Into<String>, scene: Arc<Scene>, state: State, target: usize) -> Result<Problem> {
+        scene.check_state(&state)?;
+        check_target(&scene, &state, target)?;
+        Ok(Problem { name: name.into(), scene, state, target })
+    }
+}
+
+/// Refuses a target that does not exist, is not present or may not be grasped.
+pub(crate) fn check_target(scene: &Scene, state: &State, target: usize) -> Result<()> {
+    let body = scene.bodies().get(target).ok_or_else(|| {
+        Error::not_found("target", format!("there is no body {target}; the scene has {}", scene.len()))
+    })?;
+    if !state.is_present(target) {
+        return Err(Error::argument("target", format!("`{}` is not present in the observed state", body.name)));
+    }
+    if !body.pickable {
+        return Err(Error::argument("target", format!("`{}` is not pickable; set its flag", body.name)));
+    }
+    Ok(())
+}
+
+/// Poses of a state in the order of the scene's bodies, for writing out.
+pub fn state_poses(state: &State) -> Vec<Pose2> {
+    (0..state.len()).map(|i| state.pose(i)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geom::Shape;
+
+    fn two_squares() -> Scene {
+        let mut b = SceneBuilder::new();
+        b.add_body(BodyDef::new(Shape::rectangle(0.04, 0.04))).unwrap();
+        b.add_body(BodyDef::new(Shape::rectangle(0.04, 0.04))).unwrap();
+        b.build().unwrap()
+    }
+
+    #[test]
+    fn an_overlap_beyond_the_tolerance_is_refused_by_name() {
+        let scene = two_squares();
+        let at = |x: f64| State::new([Pose2::new(0.5, 0.0, 0.0), Pose2::new(0.5 + x, 0.0, 0.0)]);
+        scene.check_state(&at(0.04)).unwrap();
+        scene.check_state(&at(0.036)).unwrap();
+        let error = scene.check_state(&at(0.03)).unwrap_err().to_string();
+        assert!(error.starts_with("poses[1]: `body 1` overlaps `body 0` by 10.0 mm"), "{error}");
+    }
+
+    #[test]
+    fn leaving_follows_rule_and_scope() {
+        use super::super::workspace::LeaveRule;
+        let scene = two_squares();
+        let state = State::new([Pose2::new(0.5, 0.0, 0.0), Pose2::new(0.72, 0.0, 0.0)]);
+        assert!(scene.left(&state, Some(0)).is_empty());
+        let mut b = scene.to_builder();
+        b.workspace(Workspace { leave_rule: LeaveRule::Footprint, ..Workspace::default() });
+        let strict = b.build().unwrap();
+        assert_eq!(strict.left(&state, Some(0)).iter().collect::<Vec<_>>(), [1]);
+        let mut b = strict.to_builder();
+        b.workspace(Workspace { leave_scope: LeaveScope::TargetOnly, ..*strict.workspace() });
+        assert!(b.build().unwrap().left(&state, Some(0)).is_empty());
+    }
+
+    #[test]
+    fn a_failed_body_changes_nothing_and_names_its_index() {
+        let mut b = SceneBuilder::new();
+        b.add_body(BodyDef::new(Shape::rectangle(0.04, 0.04))).unwrap();
+        let mut def = BodyDef::new(Shape::rectangle(0.04, 0.04));
+        def.mass = -1.0;
+        assert!(b.add_body(def).unwrap_err().to_string().starts_with("bodies[1].mass: is -1"));
+        assert_eq!(b.build().unwrap().len(), 1);
+    }
+}

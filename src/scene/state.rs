@@ -1,0 +1,216 @@
+//! Where the bodies are: all that a search node holds of the world.
+
+use crate::geom::{Pose2, normalize_angle};
+
+/// A body's pose as stored: three floats.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
+pub struct BodyPose {
+    /// Metres.
+    pub x: f32,
+    /// Metres.
+    pub y: f32,
+    /// Radians in (-pi, pi].
+    pub theta: f32,
+}
+
+impl From<Pose2> for BodyPose {
+    #[inline]
+    fn from(p: Pose2) -> Self {
+        BodyPose { x: p.x as f32, y: p.y as f32, theta: normalize_angle(p.theta) as f32 }
+    }
+}
+
+impl From<BodyPose> for Pose2 {
+    #[inline]
+    fn from(p: BodyPose) -> Self {
+        Pose2::new(p.x as f64, p.y as f64, p.theta as f64)
+    }
+}
+
+/// A set of body indices.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct Mask(pub u128);
+
+impl Mask {
+    pub const EMPTY: Mask = Mask(0);
+
+    /// The first `n` bodies.
+    #[inline]
+    pub fn first(n: usize) -> Mask {
+        if n >= 128 { Mask(u128::MAX) } else { Mask((1u128 << n) - 1) }
+    }
+
+    #[inline]
+    pub fn contains(self, body: usize) -> bool {
+        body < 128 && self.0 >> body & 1 == 1
+    }
+
+    #[inline]
+    pub fn insert(&mut self, body: usize) {
+        self.0 |= 1 << body;
+    }
+
+    #[inline]
+    pub fn remove(&mut self, body: usize) {
+        self.0 &= !(1 << body);
+    }
+
+    #[inline]
+    pub fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    #[inline]
+    pub fn count(self) -> usize {
+        self.0.count_ones() as usize
+    }
+
+    /// The indices, ascending.
+    #[inline]
+    pub fn iter(self) -> impl Iterator<Item = usize> {
+        let mut rest = self.0;
+        std::iter::from_fn(move || {
+            if rest == 0 {
+                return None;
+            }
+            let i = rest.trailing_zeros() as usize;
+            rest &= rest - 1;
+            Some(i)
+        })
+    }
+}
+
+/// The poses of all bodies of a scene, and which of them are there.
+/// Plain data: equal states are equal bit for bit, except that an absent body's pose is kept as it was.
+#[derive(Debug, Default, PartialEq)]
+pub struct State {
+    poses: Vec<BodyPose>,
+    present: Mask,
+}
+
+impl Clone for State {
+    fn clone(&self) -> Self {
+        Self { poses: self.poses.clone(), present: self.present }
+    }
+
+    /// Keeps the memory it has, so that a search's nodes can be used again.
+    fn clone_from(&mut self, source: &Self) {
+        self.poses.clone_from(&source.poses);
+        self.present = source.present;
+    }
+}
+
+impl State {
+    /// All bodies present, at these poses.
+    pub fn new(poses: impl IntoIterator<Item = Pose2>) -> Self {
+        let poses: Vec<BodyPose> = poses.into_iter().map(BodyPose::from).collect();
+        let present = Mask::first(poses.len());
+        Self { poses, present }
+    }
+
+    /// Number of bodies of the scene, present or not.
+    #[inline]
+    pub fn len(&self) -> usize {
+        self.poses.len()
+    }
+
+    #[inline]
+    pub fn is_empty(&self) -> bool {
+        self.poses.is_empty()
+    }
+
+    #[inline]
+    pub fn pose(&self, body: usize) -> Pose2 {
+        self.poses[body].into()
+    }
+
+    #[inline]
+    pub fn poses(&self) -> &[BodyPose] {
+        &self.poses
+    }
+
+    #[inline]
+    pub fn set_pose(&mut self, body: usize, pose: Pose2) {
+        self.poses[body] = pose.into();
+    }
+
+    #[inline]
+    pub fn present(&self) -> Mask {
+        self.present
+    }
+
+    #[inline]
+    pub fn is_present(&self, body: usize) -> bool {
+        self.present.contains(body)
+    }
+
+    #[inline]
+    pub fn set_present(&mut self, body: usize, present: bool) {
+        if present {
+            self.present.insert(body);
+        } else {
+            self.present.remove(body);
+        }
+    }
+
+    /// The present bodies with their poses, by index.
+    #[inline]
+    pub fn iter(&self) -> impl Iterator<Item = (usize, Pose2)> + '_ {
+        self.present.iter().filter(|&i| i < self.poses.len()).map(|i| (i, self.pose(i)))
+    }
+
+    /// A hash of the exact bits of present bodies' poses.
+    pub fn hash_bits(&self) -> u64 {
+        let mut h = 0xcbf2_9ce4_8422_2325u64 ^ self.poses.len() as u64;
+        let mut mix = |v: u64| h = (h ^ v).wrapping_mul(0x0100_0000_01b3).rotate_left(23);
+        mix(self.present.0 as u64);
+        mix((self.present.0 >> 64) as u64);
+        for (i, _) in self.iter() {
+            let p = self.poses[i];
+            for v in [p.x, p.y, p.theta] {
+                mix(u64::from(v.to_bits()));
+            }
+        }
+        h
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn clone_from_reuses_memory() {
+        let a = State::new((0..8).map(|i| Pose2::new(i as f64, 0.0, 0.0)));
+        let mut b = a.clone();
+        let before = b.poses().as_ptr();
+        b.clone_from(&a);
+        assert_eq!(before, b.poses().as_ptr());
+        assert_eq!(a, b);
+    }
+
+    #[test]
+    fn masks_iterate_ascending() {
+        let mut m = Mask::EMPTY;
+        for i in [127, 0, 64] {
+            m.insert(i);
+        }
+        assert_eq!(m.iter().collect::<Vec<_>>(), [0, 64, 127]);
+        m.remove(64);
+        assert!(m.count() == 2 && !m.contains(64) && m.contains(127) && !m.contains(128));
+        assert_eq!(Mask::first(128).count(), 128);
+    }
+
+    #[test]
+    fn the_hash_sees_every_bit_of_present_bodies_only() {
+        let a = State::new([Pose2::new(0.1, 0.2, 0.3), Pose2::new(1.0, 2.0, 3.0)]);
+        let mut b = a.clone();
+        b.set_pose(1, Pose2::new(1.0, 2.0, 3.0000002));
+        assert_ne!(a.hash_bits(), b.hash_bits());
+        let (mut c, mut d) = (a.clone(), b.clone());
+        c.set_present(1, false);
+        d.set_present(1, false);
+        assert_eq!(c.hash_bits(), d.hash_bits());
+    }
+}

@@ -1,0 +1,94 @@
+//! The rectangle that bodies must not leave.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Error, Result};
+use crate::geom::{Footprint, Pose2, Vec2, vec2};
+
+/// When a body counts as having left.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LeaveRule {
+    /// Its frame's origin is outside (the originals' rule).
+    #[default]
+    Centre,
+    /// Any part of its footprint is outside.
+    Footprint,
+}
+
+/// Which bodies the rule holds for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LeaveScope {
+    #[default]
+    AllBodies,
+    /// The target alone.
+    TargetOnly,
+}
+
+/// An axis-aligned rectangle in the world frame, metres, and the rule for leaving it.
+/// The table goes on beyond it: a body that leaves keeps sliding, and is reported.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Workspace {
+    pub min: [f64; 2],
+    pub max: [f64; 2],
+    #[serde(default)]
+    pub leave_rule: LeaveRule,
+    #[serde(default)]
+    pub leave_scope: LeaveScope,
+}
+
+impl Default for Workspace {
+    /// The originals' square of 0.448 m in front of the robot, centred at (0.5, 0).
+    fn default() -> Self {
+        Self::rectangle(vec2(0.276, -0.224), vec2(0.724, 0.224))
+    }
+}
+
+impl Workspace {
+    pub fn rectangle(min: Vec2, max: Vec2) -> Self {
+        Self {
+            min: [min.x, min.y],
+            max: [max.x, max.y],
+            leave_rule: LeaveRule::default(),
+            leave_scope: LeaveScope::default(),
+        }
+    }
+
+    pub fn validate(&self) -> Result<()> {
+        for (axis, name) in ["x", "y"].into_iter().enumerate() {
+            let (lo, hi) = (self.min[axis], self.max[axis]);
+            if !(lo.is_finite() && hi.is_finite()) {
+                return Err(Error::argument(format!("workspace.{name}"), "is not finite"));
+            }
+            if hi <= lo {
+                return Err(Error::argument(
+                    format!("workspace.{name}"),
+                    format!("max {hi} must be greater than min {lo}"),
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// Distance of a point to the nearest edge, metres; negative outside.
+    pub fn inset(&self, p: Vec2) -> f64 {
+        (p.x - self.min[0]).min(self.max[0] - p.x).min(p.y - self.min[1]).min(self.max[1] - p.y)
+    }
+
+    /// The body has not left, by the workspace's rule.
+    pub fn holds(&self, footprint: &Footprint, pose: &Pose2) -> bool {
+        match self.leave_rule {
+            LeaveRule::Centre => self.inset(pose.position()) >= 0.0,
+            LeaveRule::Footprint => {
+                let frame = pose.frame();
+                let extent = |d: Vec2| footprint.support(frame.inverse_vector(d)) + pose.position().dot(&d);
+                extent(vec2(1.0, 0.0)) <= self.max[0]
+                    && extent(vec2(0.0, 1.0)) <= self.max[1]
+                    && -extent(vec2(-1.0, 0.0)) >= self.min[0]
+                    && -extent(vec2(0.0, -1.0)) >= self.min[1]
+            }
+        }
+    }
+}
