@@ -1,0 +1,113 @@
+//! What a planner answers.
+
+use serde::{Deserialize, Serialize};
+
+use crate::action::Action;
+use crate::scene::State;
+
+/// How a decision ended. None of these is an error.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Outcome {
+    /// The plan ends with the target grasped, in the planner's model.
+    Solved,
+    /// The search ended by itself without a grasp; the plan holds the best pushes found.
+    Partial,
+    /// Nothing can be done: no grasp, and no legal push.
+    Infeasible,
+    /// A limit was reached first; the plan holds the best found so far.
+    Budget,
+    /// Cancelled; the plan holds no actions, so that an unread outcome moves no robot.
+    Cancelled,
+}
+
+/// One action of a plan with what the planner expects of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlannedAction {
+    pub action: Action,
+    /// The state after the action in the planner's model; after a grasp, without the grasped body.
+    pub predicted: State,
+    /// The search's value of the action.
+    pub value: f64,
+}
+
+/// A first action that was considered, for explaining the decision.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RankedAction {
+    pub action: Action,
+    /// Mean of the counted returns.
+    pub value: f64,
+    /// Greatest return.
+    pub best_return: f64,
+    pub visits: u64,
+    pub prior: f64,
+    /// Fewest actions to a solution below it, if one was found.
+    pub solution_level: Option<u32>,
+}
+
+/// What the decision took.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct PlanStatistics {
+    /// Iterations of the search; the same number as an iteration budget gives the same plan again.
+    pub iterations: u64,
+    pub nodes: u64,
+    /// Pushes simulated.
+    pub simulations: u64,
+    /// Wall-clock seconds of the decision.
+    pub seconds: f64,
+    /// Seconds of all threads within domain steps: physics, grasp test, sampling.
+    pub domain_seconds: f64,
+    /// Seconds of the coordinating thread outside of domain steps.
+    pub search_seconds: f64,
+    /// No plan of this many pushes or fewer exists in the planner's action set and model (all were tried), if known.
+    pub no_plan_within: Option<u32>,
+}
+
+/// The answer of a planner.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    pub outcome: Outcome,
+    /// What to do, in order. Execute the first action, observe, and plan again.
+    pub actions: Vec<PlannedAction>,
+    /// Probability-like score of the plan's last grasp in the model, 0 without one.
+    pub grasp_score: f64,
+    /// The first actions considered, best first (at most 16).
+    pub considered: Vec<RankedAction>,
+    pub statistics: PlanStatistics,
+    /// The planner's id.
+    pub planner: String,
+    pub seed: u64,
+}
+
+impl Plan {
+    pub(crate) fn empty(outcome: Outcome, planner: &str, seed: u64) -> Plan {
+        Plan {
+            outcome,
+            actions: Vec::new(),
+            grasp_score: 0.0,
+            considered: Vec::new(),
+            statistics: PlanStatistics::default(),
+            planner: planner.to_string(),
+            seed,
+        }
+    }
+
+    /// A hash of the exact bits of outcome, actions and predicted states: equal for equal plans.
+    pub fn hash_bits(&self) -> u64 {
+        let mut h = 0x9e37_79b9_7f4a_7c15u64;
+        let mut mix = |v: u64| h = (h ^ v).wrapping_mul(0x0100_0000_01b3).rotate_left(29);
+        mix(self.outcome as u64);
+        for step in &self.actions {
+            match &step.action {
+                Action::Push(p) => p.start.iter().chain(&p.end).for_each(|v| mix(v.to_bits())),
+                Action::Grasp(g) => {
+                    mix(g.body as u64);
+                    [g.position[0], g.position[1], g.angle, g.opening].iter().for_each(|v| mix(v.to_bits()));
+                }
+            }
+            mix(step.predicted.hash_bits());
+            mix(step.value.to_bits());
+        }
+        h
+    }
+}
