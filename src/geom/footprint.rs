@@ -157,6 +157,27 @@ impl Footprint {
         shared / (2.0 * area - shared).max(f64::MIN_POSITIVE)
     }
 
+    /// Mean distance of the area from a point of the body frame, metres: the radius at which uniform pressure acts
+    /// against turning about that point. Exact, by triangles with their apex at the point.
+    pub fn mean_distance(&self, from: Vec2) -> f64 {
+        let mut moment = 0.0;
+        for (p, q) in self.outlines.iter().flat_map(|outline| edges(outline)) {
+            let (p, q) = (p - from, q - from);
+            let along = (q - p).normalize();
+            let h = p.x * along.y - p.y * along.x;
+            if h.abs() < 1e-12 {
+                continue;
+            }
+            // The integral of h^3 / (3 cos^3) over the angle the edge spans, as seen from the point.
+            let part = |t: f64| {
+                let (tan, sec) = (t / h.abs(), (t / h).hypot(1.0));
+                0.5 * (sec * tan + (sec + tan).ln())
+            };
+            moment += h * h * h / 3.0 * (part(q.dot(&along)) - part(p.dot(&along)));
+        }
+        moment / self.area
+    }
+
     /// Bounding box (least, greatest corner) in the body frame.
     pub fn bounds(&self) -> (Vec2, Vec2) {
         let (x, y) = (vec2(1.0, 0.0), vec2(0.0, 1.0));
@@ -331,6 +352,25 @@ mod tests {
                 other => panic!("{shape:?}: {other:?}"),
             }
         }
+    }
+
+    #[test]
+    fn mean_distance_of_disc_and_square() {
+        let disc = Footprint::new(Shape::Disc { radius: 0.03 }).unwrap();
+        assert!((disc.mean_distance(vec2(0.0, 0.0)) - 0.02).abs() < 1e-5);
+        let side = 0.04;
+        let square = Footprint::new(Shape::rectangle(side, side)).unwrap();
+        let known = side * (2f64.sqrt() + (1.0 + 2f64.sqrt()).ln()) / 6.0;
+        assert!((square.mean_distance(vec2(0.0, 0.0)) - known).abs() < 1e-12);
+        let from = vec2(0.05, 0.0);
+        let n = 400;
+        let grid: f64 = (0..n * n)
+            .map(|k| {
+                let at = |i: usize| ((i as f64 + 0.5) / n as f64 - 0.5) * side;
+                (vec2(at(k % n), at(k / n)) - from).norm()
+            })
+            .sum();
+        assert!((square.mean_distance(from) - grid / (n * n) as f64).abs() < 1e-6, "from outside");
     }
 
     #[test]

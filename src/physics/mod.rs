@@ -1,5 +1,9 @@
 //! What a push does: the [`Transition`] interface and the engines behind it.
 
+mod options;
+pub mod rapier;
 mod transition;
 
+pub use options::{ENGINES, PhysicsOptions, engine};
+pub use rapier::{Rapier, RapierSettings};
 pub use transition::{PushJob, PushResult, PushStatus, Scratch, Transition};

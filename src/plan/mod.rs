@@ -4,6 +4,6 @@ mod options;
 mod outcome;
 mod planner;
 
-pub use options::{GraspDecision, PLANNERS, PhysicsOptions, PlannerOptions};
+pub use options::{GraspDecision, PLANNERS, PlannerOptions};
 pub use outcome::{Outcome, Plan, PlanStatistics, PlannedAction, RankedAction};
 pub use planner::{Control, Planner};

@@ -3,26 +3,11 @@
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result, check_range};
+use crate::physics::PhysicsOptions;
 use crate::run::Budget;
 
 /// The ids of the planners.
 pub const PLANNERS: [&str; 2] = ["pmbs", "mcts"];
-
-/// Which engine predicts what a push does.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct PhysicsOptions {
-    /// The engine's id: `rapier`.
-    pub engine: String,
-    /// `fast`, `balanced` or `fine`.
-    pub preset: String,
-}
-
-impl Default for PhysicsOptions {
-    fn default() -> Self {
-        Self { engine: "rapier".into(), preset: "fast".into() }
-    }
-}
 
 /// When a grasp is executed and when a state counts as solved, by the grasp's score in [0, 1].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -88,6 +73,7 @@ impl PlannerOptions {
                 format!("no planner is named `{}`; known: {}", self.planner, PLANNERS.join(", ")),
             ));
         }
+        self.physics.validate()?;
         self.budget.validate()?;
         check_range("grasp.execute_score", self.grasp.execute_score, 0.0..=1.0)?;
         check_range("grasp.solved_score", self.grasp.solved_score, 0.0..=1.0)?;
