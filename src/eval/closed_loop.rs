@@ -1,7 +1,5 @@
 //! A planner in closed loop: observe, plan, execute the first action, until the target is out.
 
-use serde::Serialize;
-
 use super::judge::{Judge, JudgeOptions};
 use super::metrics::{CaseReport, Decision, Effect, Trial, TrialEnd};
 use crate::action::Action;
@@ -152,10 +150,8 @@ pub fn run_case(
 ) -> Result<CaseReport> {
     let mut trials = Vec::new();
     for index in 0..options.trials {
-        let mut planner = Planner::new(PlannerOptions {
-            seed: options.planner.seed.wrapping_add(index),
-            ..options.planner.clone()
-        })?;
+        let mut planner =
+            Planner::new(PlannerOptions { seed: options.planner.seed.wrapping_add(index), ..options.planner.clone() })?;
         let mut judge = Judge::new(problem, &options.judge, index)?;
         let trial = run_trial(&mut planner, &mut judge, index, options.max_actions, control, observer)
             .map_err(|e| named(e, &problem.name, index))?;
@@ -178,63 +174,69 @@ fn named(error: Error, case: &str, trial: u64) -> Error {
     }
 }
 
-/// A serializable copy of what was asked.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Configuration {
-    pub version: String,
-    pub suite: String,
-    pub planner: String,
-    /// The engine of the planner's model.
-    pub physics: crate::physics::PhysicsOptions,
-    pub gripper: String,
-    pub sampler: Option<String>,
-    /// Metres; none is the sampler's own.
-    pub push_length: Option<f64>,
-    pub budget: BudgetReport,
-    pub execute_score: f64,
-    pub solved_score: f64,
-    pub lanes: Option<usize>,
-    pub max_depth: Option<u32>,
-    pub threads: usize,
-    pub seed: u64,
-    pub trials: u64,
-    pub max_actions: usize,
-    pub judge: JudgeOptions,
-}
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{Line, Script, row};
+    use super::*;
+    use crate::geom::Pose2;
+    use crate::physics::PhysicsOptions;
+    use std::sync::Arc;
 
-/// The limits of one decision; none is the planner's own.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct BudgetReport {
-    pub iterations: Option<u64>,
-    pub seconds: Option<f64>,
-    pub bytes: Option<usize>,
-}
+    fn trial(lines: &[Line], offset: Pose2) -> (Trial, Script) {
+        let mut script = Script::new(lines);
+        let engine = |scene| Ok(Arc::new(super::super::testing::Slide { scene, offset }) as _);
+        let options = JudgeOptions::exact(PhysicsOptions::default());
+        let mut judge = Judge::with_engine(&row(), &options, 0, &engine).unwrap();
+        let trial = run_trial(&mut script, &mut judge, 0, 4, &Control::default(), &mut |_| ()).unwrap();
+        (trial, script)
+    }
 
-impl Configuration {
-    pub fn new(suite: &str, gripper: &str, options: &ClosedLoopOptions) -> Configuration {
-        let p = &options.planner;
-        Configuration {
-            version: env!("CARGO_PKG_VERSION").into(),
-            suite: suite.into(),
-            planner: p.planner.clone(),
-            physics: p.physics.clone(),
-            gripper: gripper.into(),
-            sampler: p.sampler.clone(),
-            push_length: p.push_length,
-            budget: BudgetReport {
-                iterations: p.budget.iterations,
-                seconds: p.budget.seconds,
-                bytes: p.budget.bytes,
-            },
-            execute_score: p.grasp.execute_score,
-            solved_score: p.grasp.solved_score,
-            lanes: p.lanes,
-            max_depth: p.max_depth,
-            threads: p.threads,
-            seed: p.seed,
-            trials: options.trials,
-            max_actions: options.max_actions,
-            judge: options.judge.clone(),
-        }
+    #[test]
+    fn pushes_until_it_grasps() {
+        let (t, script) = trial(&[Line::Push, Line::BadGrasp, Line::GoodGrasp], Pose2::new(0.01, 0.0, 0.0));
+        assert_eq!((t.end, t.actions, t.pushes, t.grasps), (TrialEnd::Grasped, 3, 1, 2));
+        assert_eq!((script.executed, script.refused), (1, 1));
+        let effects: Vec<_> = t.decisions.iter().map(|d| d.effect).collect();
+        assert_eq!(effects, [Some(Effect::Pushed), Some(Effect::Missed), Some(Effect::Grasped)]);
+    }
+
+    #[test]
+    fn ends_at_the_cap() {
+        let (t, _) = trial(&[Line::Push], Pose2::IDENTITY);
+        assert_eq!((t.end, t.actions), (TrialEnd::ActionCap, 4));
+        let (t, _) = trial(&[Line::BadGrasp, Line::BadGrasp, Line::BadGrasp, Line::GoodGrasp], Pose2::IDENTITY);
+        assert_eq!((t.end, t.actions), (TrialEnd::Grasped, 4), "the last action counts");
+    }
+
+    #[test]
+    fn ends_when_the_target_leaves() {
+        let (t, _) = trial(&[Line::Push], Pose2::new(0.15, 0.0, 0.0));
+        assert_eq!((t.end, t.actions), (TrialEnd::TargetLeft, 2));
+    }
+
+    #[test]
+    fn looks_again_before_it_gives_up() {
+        let (t, _) = trial(&[Line::Nothing], Pose2::IDENTITY);
+        assert_eq!((t.end, t.actions, t.decisions.len()), (TrialEnd::NoAction, 0, LOOKS_WITHOUT_ACTION));
+        let (t, _) =
+            trial(&[Line::Nothing, Line::Nothing, Line::Push, Line::Nothing, Line::GoodGrasp], Pose2::IDENTITY);
+        assert_eq!((t.end, t.actions, t.decisions.len()), (TrialEnd::Grasped, 2, 5));
+    }
+
+    #[test]
+    fn a_cancel_ends_it() {
+        let (t, _) = trial(&[Line::Push, Line::Cancel], Pose2::IDENTITY);
+        assert_eq!((t.end, t.actions), (TrialEnd::Cancelled, 1));
+    }
+
+    #[test]
+    fn a_case_runs_every_trial() {
+        let options = ClosedLoopOptions { trials: 2, ..ClosedLoopOptions::default() };
+        let mut trials = 0;
+        let report = run_case(&row(), &options, &Control::default(), &mut |event| {
+            trials += usize::from(matches!(event, Event::Trial { .. }));
+        })
+        .unwrap();
+        assert_eq!((trials, report.trials.len(), report.bodies), (2, 2, 2));
     }
 }

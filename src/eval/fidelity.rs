@@ -204,7 +204,7 @@ pub struct Fidelity {
 pub fn compare(
     recordings: &[Recording],
     against: Against,
-    engine: &dyn Fn(Arc<Scene>) -> Result<Box<dyn Transition>>,
+    engine: &dyn Fn(Arc<Scene>) -> Result<Arc<dyn Transition>>,
 ) -> Result<Fidelity> {
     let mut sums = Sums::default();
     let mut name = String::new();
@@ -302,7 +302,7 @@ mod tests {
     }
 
     fn check(offset: Pose2, against: Against, text: &str) -> Fidelity {
-        compare(&recordings(text).unwrap(), against, &|scene| Ok(Box::new(Slide { scene, offset }))).unwrap()
+        compare(&recordings(text).unwrap(), against, &|scene| Ok(Arc::new(Slide { scene, offset }))).unwrap()
     }
 
     #[test]

@@ -8,11 +8,11 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::holds::holds;
 use super::metrics::Effect;
 use crate::action::{Action, Grasp, Push};
 use crate::error::{Error, Result, check_range};
 use crate::geom::Pose2;
-use crate::grasp::GraspTest;
 use crate::physics::{self, PhysicsOptions, PushStatus, Scratch, Transition};
 use crate::run::{Key, Stop};
 use crate::scene::{Problem, Scene, State};
@@ -68,7 +68,6 @@ pub struct Judge {
     nominal: Arc<Scene>,
     engine: Arc<dyn Transition>,
     scratch: Scratch,
-    grasp_test: GraspTest,
     name: String,
     target: usize,
     truth: State,
@@ -91,8 +90,10 @@ impl Judge {
     ) -> Result<Judge> {
         options.validate()?;
         // FNV-1a: cases of a suite get draws of their own, whichever of them are run.
-        let name_hash =
-            problem.name.bytes().fold(0xcbf2_9ce4_8422_2325u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
+        let name_hash = problem
+            .name
+            .bytes()
+            .fold(0xcbf2_9ce4_8422_2325u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
         let key = Key::new(options.seed).child(name_hash).child(trial);
         let scene = perturbed(&problem.scene, options.friction_spread, key.child(0));
         let engine = engine(Arc::new(scene))?;
@@ -101,7 +102,6 @@ impl Judge {
             nominal: Arc::clone(&problem.scene),
             scratch: engine.scratch(),
             engine,
-            grasp_test: GraspTest::new(&problem.scene),
             name: problem.name.clone(),
             target: problem.target,
             truth: problem.state.clone(),
@@ -190,7 +190,7 @@ impl Judge {
 
     /// The grasp was planned for observed poses; it holds if the test passes for it at the true ones.
     fn grasp(&mut self, grasp: &Grasp) -> Effect {
-        if grasp.body != self.target || !self.grasp_test.holds(&self.truth, grasp) {
+        if grasp.body != self.target || !holds(&self.nominal, &self.truth, grasp) {
             return Effect::Missed;
         }
         self.truth.set_present(self.target, false);
@@ -205,4 +205,105 @@ fn perturbed(scene: &Scene, spread: f64, key: Key) -> Scene {
     let tip = factor();
     let bodies: Vec<f64> = (0..scene.len()).map(|_| factor()).collect();
     scene.with_scaled_friction(tip, &bodies)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{Slide, row, squeeze};
+    use super::*;
+    use crate::geom::vec2;
+
+    fn judge(options: &JudgeOptions, trial: u64) -> Judge {
+        let engine = |scene| Ok(Arc::new(Slide { scene, offset: Pose2::new(0.03, 0.0, 0.0) }) as Arc<dyn Transition>);
+        Judge::with_engine(&row(), options, trial, &engine).unwrap()
+    }
+
+    #[test]
+    fn a_trial_is_the_same_again_and_different_from_others() {
+        let options = JudgeOptions::default();
+        let (mut a, mut b) = (judge(&options, 0), judge(&options, 0));
+        assert_eq!(a.scene(), b.scene());
+        let first = a.observe();
+        assert_eq!(first, b.observe());
+        assert_ne!(first, a.observe(), "every look is another one");
+        let mut other = judge(&options, 1);
+        assert_ne!(first, other.observe());
+        assert_ne!(a.scene().friction(), other.scene().friction());
+        let mut reseeded = judge(&JudgeOptions { seed: 1, ..options.clone() }, 0);
+        assert_ne!(first, reseeded.observe());
+        let renamed = Problem { name: "other".into(), ..row() };
+        let engine = |scene| Ok(Arc::new(Slide { scene, offset: Pose2::IDENTITY }) as Arc<dyn Transition>);
+        assert_ne!(first, Judge::with_engine(&renamed, &options, 0, &engine).unwrap().observe());
+    }
+
+    #[test]
+    fn what_was_observed_does_not_depend_on_what_was_done() {
+        let (mut a, mut b) = (judge(&JudgeOptions::default(), 3), judge(&JudgeOptions::default(), 3));
+        a.observe();
+        b.observe();
+        b.execute(&Action::Push(Push::new(vec2(0.4, 0.0), vec2(0.45, 0.0)))).unwrap();
+        let (a, b) = (a.observe(), b.observe());
+        assert_eq!(a.pose(1), b.pose(1));
+        assert!((b.pose(0).x - a.pose(0).x - 0.03).abs() < 1e-6, "the same noise on a moved body");
+    }
+
+    #[test]
+    fn friction_and_noise_are_as_wide_as_asked() {
+        let options = JudgeOptions { noise_rotation_rad: 0.0, ..JudgeOptions::default() };
+        let nominal = row();
+        let (mut sum, mut n, mut least, mut greatest) = (0.0, 0.0, f64::MAX, f64::MIN);
+        for trial in 0..200 {
+            let mut judge = judge(&options, trial);
+            let factor = judge.scene().body(0).friction / nominal.scene.body(0).friction;
+            (least, greatest) = (f64::min(least, factor), f64::max(greatest, factor));
+            for (i, pose) in judge.observe().iter() {
+                assert_eq!(pose.theta, nominal.state.pose(i).theta);
+                sum += (pose.x - nominal.state.pose(i).x).powi(2);
+                n += 1.0;
+            }
+        }
+        assert!((0.8..0.82).contains(&least) && (1.18..=1.2).contains(&greatest), "{least} {greatest}");
+        let sd = f64::sqrt(sum / n);
+        assert!((sd - 0.001).abs() < 1.5e-4, "{sd}");
+    }
+
+    #[test]
+    fn the_exact_judge_is_the_model() {
+        let mut judge = judge(&JudgeOptions::exact(PhysicsOptions::default()), 0);
+        assert_eq!(judge.observe(), row().state);
+        assert_eq!(*judge.scene(), *row().scene);
+    }
+
+    #[test]
+    fn a_push_onto_a_body_is_blocked_and_moves_nothing() {
+        let mut judge = Judge::new(&row(), &JudgeOptions::default(), 0).unwrap();
+        let before = judge.truth().clone();
+        let onto = Push::new(vec2(0.5, 0.0), vec2(0.6, 0.0));
+        assert_eq!(judge.execute(&Action::Push(onto)).unwrap(), Effect::Blocked);
+        assert_eq!(*judge.truth(), before);
+        let beside = Push::new(vec2(0.44, 0.0), vec2(0.52, 0.0));
+        assert_eq!(judge.execute(&Action::Push(beside)).unwrap(), Effect::Pushed);
+        assert!(judge.truth().pose(0).x > before.pose(0).x + 0.01);
+    }
+
+    #[test]
+    fn a_grasp_holds_at_the_true_poses_or_not_at_all() {
+        let mut judge = judge(&JudgeOptions::default(), 0);
+        let problem = row();
+        let good = squeeze(&problem, [0.5, 0.0]);
+        let beside = squeeze(&problem, [0.5, 0.06]);
+        assert_eq!(judge.execute(&Action::Grasp(beside)).unwrap(), Effect::Missed);
+        assert_eq!(judge.execute(&Action::Grasp(Grasp { body: 1, ..good })).unwrap(), Effect::Missed);
+        assert!(judge.truth().is_present(0));
+        assert_eq!(judge.execute(&Action::Grasp(good)).unwrap(), Effect::Grasped);
+        assert!(!judge.truth().is_present(0));
+    }
+
+    #[test]
+    fn bad_options_are_named() {
+        let bad = JudgeOptions { friction_spread: 1.5, ..JudgeOptions::default() };
+        assert!(bad.validate().unwrap_err().to_string().starts_with("judge.friction_spread"));
+        let bad = JudgeOptions { physics: PhysicsOptions::preset("finest"), ..JudgeOptions::default() };
+        assert!(bad.validate().unwrap_err().to_string().starts_with("judge.physics.preset"));
+    }
 }

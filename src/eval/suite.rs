@@ -1,0 +1,172 @@
+//! Suites of problems: a folder, a file, or problems generated on the spot.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::closed_loop::DEFAULT_MAX_ACTIONS;
+use crate::error::{Error, Result};
+use crate::scene::{Gripper, Problem};
+
+/// Which of the originals' conventions a problem follows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Profile {
+    /// VFT and MORE: a workspace of 0.448 m, pushes of nominal 0.10 m.
+    More,
+    /// PMBS: a workspace of 0.288 m, pushes of 0.05 m, at most 16 actions.
+    Pmbs,
+}
+
+impl Profile {
+    /// What a folder's name says of the original test cases in it: `confined` is PMBS.
+    pub fn of_folder(path: &Path) -> Profile {
+        let confined = path.components().any(|c| c.as_os_str().to_string_lossy().contains("confined"));
+        if confined { Profile::Pmbs } else { Profile::More }
+    }
+
+    /// Travel of a push, metres. MORE commands 0.10 m, of which its robot travels 0.091 m (measured).
+    pub fn push_length(self) -> f64 {
+        match self {
+            Profile::More => 0.091,
+            Profile::Pmbs => 0.05,
+        }
+    }
+
+    /// Actions after which a trial fails. MORE has no cap; a generous one stands for it.
+    pub fn max_actions(self) -> usize {
+        match self {
+            Profile::More => DEFAULT_MAX_ACTIONS,
+            Profile::Pmbs => 16,
+        }
+    }
+}
+
+/// A case that could not be read.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Refused {
+    pub name: String,
+    pub reason: String,
+}
+
+/// Problems to be tried, by name.
+#[derive(Debug, Clone)]
+pub struct Suite {
+    pub name: String,
+    pub problems: Vec<Problem>,
+    /// Files that hold no usable problem. They are not counted.
+    pub refused: Vec<Refused>,
+    /// The conventions of its original test cases; none if it holds none.
+    pub profile: Option<Profile>,
+}
+
+impl Suite {
+    /// Opens `generated:N[:SEED]`, a folder of scenes (`.json` and original `.txt` cases), or one such file.
+    /// Without a `profile`, original cases follow the one that their folder's name says.
+    pub fn open(spec: &str, profile: Option<Profile>) -> Result<Suite> {
+        if let Some(rest) = spec.strip_prefix("generated:") {
+            let (count, seed) = parse_generated(rest)?;
+            return Suite::generated(count, seed, profile);
+        }
+        let path = Path::new(spec);
+        let meta = std::fs::metadata(path).map_err(|e| Error::io(path, e))?;
+        let files = if meta.is_dir() { scene_files(path)? } else { vec![path.to_path_buf()] };
+        if files.is_empty() {
+            return Err(Error::format(path, "holds no scenes; a suite is a folder of .json or .txt files"));
+        }
+        let mut suite = Suite { name: spec.to_string(), problems: Vec::new(), refused: Vec::new(), profile };
+        for file in files {
+            if is_original(&file) {
+                suite.profile.get_or_insert_with(|| Profile::of_folder(&file));
+            }
+            match read_problem(&file, profile) {
+                Ok(problem) => suite.problems.push(problem),
+                // One file that is asked for by name is an error of its own.
+                Err(error) if !meta.is_dir() => return Err(error),
+                Err(error) => suite.refused.push(Refused { name: stem(&file), reason: error.to_string() }),
+            }
+        }
+        Ok(suite)
+    }
+
+    /// Takes another gripper for every problem.
+    pub fn set_gripper(&mut self, gripper: &Gripper) -> Result<()> {
+        for problem in &mut self.problems {
+            *problem = with_gripper(problem, gripper)?;
+        }
+        Ok(())
+    }
+
+    /// The grippers' names.
+    pub fn gripper(&self) -> String {
+        let mut names: Vec<&str> = self.problems.iter().map(|p| p.scene.gripper().name.as_str()).collect();
+        names.sort_unstable();
+        names.dedup();
+        names.join(", ")
+    }
+}
+
+/// The problem with another gripper.
+pub fn with_gripper(problem: &Problem, gripper: &Gripper) -> Result<Problem> {
+    let mut builder = problem.scene.to_builder();
+    builder.gripper(gripper.clone());
+    Ok(Problem { scene: Arc::new(builder.build()?), ..problem.clone() })
+}
+
+/// Reads a scene file, or an original test case where the name ends in `.txt`.
+pub fn read_problem(path: &Path, profile: Option<Profile>) -> Result<Problem> {
+    if !is_original(path) {
+        return Problem::read(path);
+    }
+    let profile = profile.unwrap_or_else(|| Profile::of_folder(path));
+    read_original(path, profile)
+}
+
+/// Whether the file is one of the originals' test cases, by its name.
+pub fn is_original(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("txt"))
+}
+
+fn stem(path: &Path) -> String {
+    path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default()
+}
+
+/// The scenes of a folder by name.
+fn scene_files(folder: &Path) -> Result<Vec<PathBuf>> {
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(|e| Error::io(folder, e))? {
+        let path = entry.map_err(|e| Error::io(folder, e))?.path();
+        if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")) || is_original(&path) {
+            files.push(path);
+        }
+    }
+    files.sort();
+    Ok(files)
+}
+
+/// `N[:SEED]`.
+fn parse_generated(text: &str) -> Result<(usize, u64)> {
+    let (count, seed) = text.split_once(':').unwrap_or((text, "0"));
+    let bad = |what: &str| {
+        Error::argument("suite", format!("generated:{text}: {what}; write generated:N or generated:N:SEED"))
+    };
+    let count = count.parse().ok().filter(|n| (1..=100_000).contains(n)).ok_or_else(|| bad("N is not a count"))?;
+    let seed = seed.parse().map_err(|_| bad("SEED is not a number"))?;
+    Ok((count, seed))
+}
+
+// Stand-ins until the readers are here.
+impl Problem {
+    fn read(path: &Path) -> Result<Problem> {
+        Err(Error::io(path, "not yet"))
+    }
+}
+fn read_original(path: &Path, _: Profile) -> Result<Problem> {
+    Err(Error::io(path, "not yet"))
+}
+impl Suite {
+    fn generated(_: usize, _: u64, _: Option<Profile>) -> Result<Suite> {
+        Err(Error::Unsupported("not yet".into()))
+    }
+}
