@@ -3,7 +3,10 @@
 
 mod body;
 mod gripper;
+pub mod library;
 mod state;
+#[cfg(test)]
+pub(crate) mod testing;
 mod workspace;
 mod world;
 
