@@ -7,39 +7,24 @@ use serde::{Deserialize, Serialize};
 
 use super::closed_loop::DEFAULT_MAX_ACTIONS;
 use crate::error::{Error, Result};
+use crate::scene::arc::{self, ArcOptions, ArcProfile};
 use crate::scene::{Gripper, Problem};
 
-/// Which of the originals' conventions a problem follows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Profile {
-    /// VFT and MORE: a workspace of 0.448 m, pushes of nominal 0.10 m.
-    More,
-    /// PMBS: a workspace of 0.288 m, pushes of 0.05 m, at most 16 actions.
-    Pmbs,
+/// Actions after which a trial of an original test case fails. PMBS stops after 16; MORE has no cap, and a generous one
+/// stands for it.
+pub fn max_actions(profile: ArcProfile) -> usize {
+    match profile {
+        ArcProfile::More => DEFAULT_MAX_ACTIONS,
+        ArcProfile::Pmbs => 16,
+    }
 }
 
-impl Profile {
-    /// What a folder's name says of the original test cases in it: `confined` is PMBS.
-    pub fn of_folder(path: &Path) -> Profile {
-        let confined = path.components().any(|c| c.as_os_str().to_string_lossy().contains("confined"));
-        if confined { Profile::Pmbs } else { Profile::More }
-    }
-
-    /// Travel of a push, metres. MORE commands 0.10 m, of which its robot travels 0.091 m (measured).
-    pub fn push_length(self) -> f64 {
-        match self {
-            Profile::More => 0.091,
-            Profile::Pmbs => 0.05,
-        }
-    }
-
-    /// Actions after which a trial fails. MORE has no cap; a generous one stands for it.
-    pub fn max_actions(self) -> usize {
-        match self {
-            Profile::More => DEFAULT_MAX_ACTIONS,
-            Profile::Pmbs => 16,
-        }
+/// What a push of an original test case really travels, metres: MORE's robot commands 0.10 m and ends at 0.091 m
+/// (measured in its simulator); PMBS pushes 0.05 m.
+pub fn push_travel(profile: ArcProfile) -> f64 {
+    match profile {
+        ArcProfile::More => 0.091,
+        ArcProfile::Pmbs => profile.push_length(),
     }
 }
 
@@ -58,13 +43,13 @@ pub struct Suite {
     /// Files that hold no usable problem. They are not counted.
     pub refused: Vec<Refused>,
     /// The conventions of its original test cases; none if it holds none.
-    pub profile: Option<Profile>,
+    pub profile: Option<ArcProfile>,
 }
 
 impl Suite {
     /// Opens `generated:N[:SEED]`, a folder of scenes (`.json` and original `.txt` cases), or one such file.
     /// Without a `profile`, original cases follow the one that their folder's name says.
-    pub fn open(spec: &str, profile: Option<Profile>) -> Result<Suite> {
+    pub fn open(spec: &str, profile: Option<ArcProfile>) -> Result<Suite> {
         if let Some(rest) = spec.strip_prefix("generated:") {
             let (count, seed) = parse_generated(rest)?;
             return Suite::generated(count, seed, profile);
@@ -78,7 +63,7 @@ impl Suite {
         let mut suite = Suite { name: spec.to_string(), problems: Vec::new(), refused: Vec::new(), profile };
         for file in files {
             if is_original(&file) {
-                suite.profile.get_or_insert_with(|| Profile::of_folder(&file));
+                suite.profile.get_or_insert_with(|| ArcProfile::of_path(&file));
             }
             match read_problem(&file, profile) {
                 Ok(problem) => suite.problems.push(problem),
@@ -115,12 +100,11 @@ pub fn with_gripper(problem: &Problem, gripper: &Gripper) -> Result<Problem> {
 }
 
 /// Reads a scene file, or an original test case where the name ends in `.txt`.
-pub fn read_problem(path: &Path, profile: Option<Profile>) -> Result<Problem> {
+pub fn read_problem(path: &Path, profile: Option<ArcProfile>) -> Result<Problem> {
     if !is_original(path) {
         return Problem::read(path);
     }
-    let profile = profile.unwrap_or_else(|| Profile::of_folder(path));
-    read_original(path, profile)
+    Ok(arc::read(path, ArcOptions { profile, ..ArcOptions::default() })?.problem)
 }
 
 /// Whether the file is one of the originals' test cases, by its name.
@@ -156,17 +140,8 @@ fn parse_generated(text: &str) -> Result<(usize, u64)> {
     Ok((count, seed))
 }
 
-// Stand-ins until the readers are here.
-impl Problem {
-    fn read(path: &Path) -> Result<Problem> {
-        Err(Error::io(path, "not yet"))
-    }
-}
-fn read_original(path: &Path, _: Profile) -> Result<Problem> {
-    Err(Error::io(path, "not yet"))
-}
 impl Suite {
-    fn generated(_: usize, _: u64, _: Option<Profile>) -> Result<Suite> {
+    fn generated(_: usize, _: u64, _: Option<ArcProfile>) -> Result<Suite> {
         Err(Error::Unsupported("not yet".into()))
     }
 }

@@ -1,6 +1,6 @@
 //! The command line: what can be asked for, and the library's options made of it.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use jostle::eval::{Against, JudgeOptions};
@@ -8,6 +8,7 @@ use jostle::physics::PhysicsOptions;
 use jostle::plan::PlannerOptions;
 use jostle::run::Budget;
 use jostle::scene::Gripper;
+use jostle::scene::arc::ArcProfile;
 
 use crate::output::{Failure, Outcome};
 
@@ -178,6 +179,22 @@ pub enum ProfileArg {
     More,
     /// Workspace of 0.288 m, pushes of 0.05 m, masses by block, at most 16 actions
     Pmbs,
+}
+
+impl ProfileArg {
+    /// The profile that was asked for; none for `auto`.
+    pub fn profile(self) -> Option<ArcProfile> {
+        match self {
+            ProfileArg::Auto => None,
+            ProfileArg::More => Some(ArcProfile::More),
+            ProfileArg::Pmbs => Some(ArcProfile::Pmbs),
+        }
+    }
+
+    /// The profile of a file.
+    pub fn of(self, path: &Path) -> ArcProfile {
+        self.profile().unwrap_or_else(|| ArcProfile::of_path(path))
+    }
 }
 
 #[derive(Debug, Args)]

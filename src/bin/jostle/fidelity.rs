@@ -32,8 +32,20 @@ fn text(f: &Fidelity) -> String {
         [name.to_string(), number(Some(mean), digits), number(Some(median), digits), tail.to_string()]
     };
     table.row(row("overlap (IoU)", m.mean_iou, m.median_iou, &format!("p10 {:.3}", m.p10_iou), 3));
-    table.row(row("position, mm", m.mean_position_mm, m.median_position_mm, &format!("p90 {:.2}", m.p90_position_mm), 2));
-    table.row(row("rotation, deg", m.mean_rotation_deg, m.median_rotation_deg, &format!("p90 {:.2}", m.p90_rotation_deg), 2));
+    table.row(row(
+        "position, mm",
+        m.mean_position_mm,
+        m.median_position_mm,
+        &format!("p90 {:.2}", m.p90_position_mm),
+        2,
+    ));
+    table.row(row(
+        "rotation, deg",
+        m.mean_rotation_deg,
+        m.median_rotation_deg,
+        &format!("p90 {:.2}", m.p90_rotation_deg),
+        2,
+    ));
     format!(
         "{} on {} pushes ({} left out, {} refused by the engine)\n\n{table}\n{} bodies moved ({} missed, {} ghosts); IoU of \
          all {} bodies {:.3}\n",

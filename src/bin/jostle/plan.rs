@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use jostle::action::Action;
-use jostle::eval::{is_original, read_problem, with_gripper};
+use jostle::eval::{is_original, push_travel, read_problem, with_gripper};
 use jostle::plan::{Control, Outcome as PlanOutcome, Plan, Planner};
 use jostle::scene::Problem;
 
@@ -14,14 +14,12 @@ use crate::render;
 
 pub fn run(args: &PlanArgs) -> Outcome<()> {
     let mut options = args.planner.options()?;
-    let profile = args.profile.profile();
-    let mut problem = read_problem(&args.scene, profile)?;
+    let mut problem = read_problem(&args.scene, args.profile.profile())?;
     if let Some(gripper) = args.planner.gripper()? {
         problem = with_gripper(&problem, &gripper)?;
     }
     if is_original(&args.scene) {
-        let profile = profile.unwrap_or_else(|| args.profile.of(&args.scene));
-        options.push_length.get_or_insert(jostle::eval::push_travel(profile));
+        options.push_length.get_or_insert(push_travel(args.profile.of(&args.scene)));
     }
     let plan = Planner::new(options)?.solve(&problem, &Control::default())?;
     if let Some(path) = &args.svg {

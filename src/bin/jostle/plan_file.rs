@@ -92,7 +92,10 @@ impl PlanFile {
     /// The problem and the plan again.
     pub fn read(document: Value) -> Outcome<(Problem, Plan)> {
         if document["plan_version"] != VERSION {
-            return Err(Failure::usage(format!("plan_version: is {}; this tool reads {VERSION}", document["plan_version"])));
+            return Err(Failure::usage(format!(
+                "plan_version: is {}; this tool reads {VERSION}",
+                document["plan_version"]
+            )));
         }
         let file: PlanFile = serde_json::from_value(document).map_err(|e| Failure::usage(e.to_string()))?;
         let problem = Problem::from_json(&file.problem.to_string())?;

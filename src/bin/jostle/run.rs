@@ -27,7 +27,11 @@ pub fn run(args: &RunArgs) -> Outcome<()> {
     options.validate()?;
     if suite.problems.is_empty() {
         let reason = suite.refused.first().map(|r| format!(": {}", r.reason)).unwrap_or_default();
-        return Err(Failure::usage(format!("{}: none of its {} cases can be used{reason}", suite.name, suite.refused.len())));
+        return Err(Failure::usage(format!(
+            "{}: none of its {} cases can be used{reason}",
+            suite.name,
+            suite.refused.len()
+        )));
     }
     let bar = progress_bar(suite.problems.len() as u64 * options.trials);
     let mut name = String::new();
@@ -98,7 +102,11 @@ fn text(report: &Report) -> String {
     let c = &report.configuration;
     let budget = match (c.budget.iterations, c.budget.seconds) {
         (None, None) => "the planner's budget".into(),
-        (i, s) => [i.map(|i| format!("{i} iterations")), s.map(|s| format!("{s} s"))].into_iter().flatten().collect::<Vec<_>>().join(", "),
+        (i, s) => [i.map(|i| format!("{i} iterations")), s.map(|s| format!("{s} s"))]
+            .into_iter()
+            .flatten()
+            .collect::<Vec<_>>()
+            .join(", "),
     };
     let j = &c.judge;
     let _ = writeln!(

@@ -52,6 +52,9 @@ mod tests {
         let mut table = Table::new(["case", "n"]);
         table.row(["a", "10"]).row(["longer", "1"]);
         assert_eq!(table.to_string(), "case     n\na       10\nlonger   1\n");
-        assert_eq!((number(None, 2), number(Some(1.005), 1), percent(Some(0.5))), ("-".into(), "1.0".into(), "50.0 %".into()));
+        assert_eq!(
+            (number(None, 2), number(Some(1.005), 1), percent(Some(0.5))),
+            ("-".into(), "1.0".into(), "50.0 %".into())
+        );
     }
 }
