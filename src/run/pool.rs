@@ -243,7 +243,12 @@ mod tests {
             assert!((1..=3).contains(&named()));
             drop(pool);
             // The kernel wakes the joiner a moment before it takes the thread off the list.
-            let gone = (0..1000).any(|_| named() == 0 || { std::thread::sleep(std::time::Duration::from_millis(1)); false });
+            let gone = (0..1000).any(|_| {
+                named() == 0 || {
+                    std::thread::sleep(std::time::Duration::from_millis(1));
+                    false
+                }
+            });
             assert!(gone);
         }
     }
