@@ -4,6 +4,7 @@
 pub mod arc;
 mod body;
 mod file;
+pub mod generate;
 mod gripper;
 mod json;
 pub mod library;
