@@ -8,6 +8,7 @@ pub mod action;
 pub mod error;
 pub mod geom;
 pub mod physics;
+pub mod record;
 pub mod run;
 pub mod scene;
 pub mod search;
