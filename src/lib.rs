@@ -9,6 +9,7 @@ pub mod error;
 pub mod geom;
 pub mod physics;
 pub mod plan;
+pub mod record;
 pub mod run;
 pub mod scene;
 pub mod search;
