@@ -18,7 +18,7 @@ const CONVEX_SLACK: f64 = 1e-7;
 
 /// A planar shape in the body frame, as given. Corners in either direction; metres.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Shape {
     /// A convex polygon; refused where it is not convex.
     ConvexPolygon(Vec<[f64; 2]>),
@@ -32,6 +32,7 @@ pub enum Shape {
 
 /// A part of a compound shape.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct CompoundPart {
     #[serde(default)]
     pub pose: Pose2,

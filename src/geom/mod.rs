@@ -11,7 +11,7 @@ mod pose;
 
 pub use clearance::{Obb, piece_gap, pieces_gap};
 pub use decompose::convex_pieces;
-pub use footprint::{Footprint, Piece, Shape};
+pub use footprint::{CompoundPart, Footprint, Piece, Shape};
 pub use polygon::{
     area, area_moments, clip_convex, contains_point, convex_hull, intersection_area, is_convex, is_simple,
 };

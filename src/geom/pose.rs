@@ -27,9 +27,11 @@ pub fn normalize_angle(angle: f64) -> f64 {
 
 /// Position (m) and heading (rad, counter-clockwise from +x) of a body frame in the world frame.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Pose2 {
     pub x: f64,
     pub y: f64,
+    #[serde(default)]
     pub theta: f64,
 }
 

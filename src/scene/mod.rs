@@ -3,12 +3,15 @@
 
 mod body;
 mod gripper;
-mod scene;
+pub mod library;
 mod state;
+#[cfg(test)]
+pub(crate) mod testing;
 mod workspace;
+mod world;
 
 pub use body::{Body, BodyDef, MAX_BODIES};
 pub use gripper::{Grasper, Gripper, PushTip};
-pub use scene::{DEFAULT_OVERLAP_TOLERANCE, Friction, Problem, Scene, SceneBuilder};
 pub use state::{BodyPose, Mask, State};
 pub use workspace::{LeaveRule, LeaveScope, Workspace};
+pub use world::{DEFAULT_OVERLAP_TOLERANCE, Friction, Problem, Scene, SceneBuilder};

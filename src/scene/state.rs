@@ -14,10 +14,15 @@ pub struct BodyPose {
     pub theta: f32,
 }
 
+/// The greatest single-precision angle below pi. Pi itself rounds to a number above pi, which would be normalised to
+/// the other end of the turn when it is read back.
+const GREATEST_ANGLE: f32 = 3.141_592_5;
+
 impl From<Pose2> for BodyPose {
     #[inline]
     fn from(p: Pose2) -> Self {
-        BodyPose { x: p.x as f32, y: p.y as f32, theta: normalize_angle(p.theta) as f32 }
+        let theta = (normalize_angle(p.theta) as f32).clamp(-GREATEST_ANGLE, GREATEST_ANGLE);
+        BodyPose { x: p.x as f32, y: p.y as f32, theta }
     }
 }
 
@@ -188,6 +193,15 @@ mod tests {
         b.clone_from(&a);
         assert_eq!(before, b.poses().as_ptr());
         assert_eq!(a, b);
+    }
+
+    #[test]
+    fn a_stored_pose_survives_being_read_and_stored_again() {
+        for theta in [std::f64::consts::PI, -std::f64::consts::PI, 3.141_592_6, -3.141_592_6, 9.0, 0.1] {
+            let once = BodyPose::from(Pose2::new(0.1, 0.2, theta));
+            assert_eq!(BodyPose::from(Pose2::from(once)), once, "{theta}");
+        }
+        assert!(BodyPose::from(Pose2::new(0.0, 0.0, f64::NAN)).theta.is_nan());
     }
 
     #[test]

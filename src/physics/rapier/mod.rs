@@ -2,7 +2,7 @@
 //!
 //! The world is built afresh for every push, which costs about 2 % of it and makes equal inputs give equal bits.
 //! Settings were fitted against recorded 3D pushes (`docs/benchmarks.md`): a border of 1 mm round the bodies, a length
-//! unit of 1 cm, and a friction ellipsoid whose centre of pressure runs 10 mm ahead.
+//! unit of 1 cm, and a friction ellipsoid whose centre of pressure runs 12 mm ahead.
 
 mod friction;
 mod settings;

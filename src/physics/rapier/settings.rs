@@ -22,6 +22,14 @@ pub struct RapierSettings {
     pub contact_frequency: f64,
     /// Damping ratio of the contact springs.
     pub contact_damping: f64,
+    /// Bodies nearer than this get a contact before they touch, metres.
+    pub prediction: f64,
+    /// Greatest speed at which an overlap is pushed out, m/s.
+    pub correction_speed: f64,
+    /// A contact whose bodies moved less than this against each other is not computed anew, metres; 0 computes all.
+    pub recycle: f64,
+    /// Solve friction while overlaps are pushed out too.
+    pub friction_with_bias: bool,
     /// Collision border round every body, metres (Bullet's hull margin of 1 mm). Where neighbours are nearer than two
     /// borders it shrinks to half the gap, so that nothing starts in overlap because of it.
     pub border: f64,
@@ -53,14 +61,18 @@ impl RapierSettings {
         Self {
             time_step,
             speed: 0.13,
-            solver_iterations: 4,
+            solver_iterations: 3,
             sweeps: 1,
             length_unit: 0.01,
-            contact_frequency: 30.0,
+            contact_frequency: 90.0,
             contact_damping: 10.0,
+            prediction: 0.0005,
+            correction_speed: 0.03,
+            recycle: 0.001,
+            friction_with_bias: false,
             border: 0.001,
-            torque_ratio: 1.8,
-            pressure_lead: 0.010,
+            torque_ratio: 1.9,
+            pressure_lead: 0.012,
             gravity: 9.8,
             settle_time: 0.25,
             settle_speed: 0.005,
@@ -105,6 +117,9 @@ impl RapierSettings {
         check_positive("physics.length_unit", self.length_unit)?;
         check_positive("physics.contact_frequency", self.contact_frequency)?;
         check_positive("physics.contact_damping", self.contact_damping)?;
+        check_range("physics.prediction", self.prediction, 0.0..=0.1)?;
+        check_positive("physics.correction_speed", self.correction_speed)?;
+        check_range("physics.recycle", self.recycle, 0.0..=0.1)?;
         check_range("physics.border", self.border, 0.0..=0.02)?;
         check_positive("physics.torque_ratio", self.torque_ratio)?;
         check_range("physics.pressure_lead", self.pressure_lead, 0.0..=0.1)?;

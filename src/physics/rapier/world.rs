@@ -56,6 +56,11 @@ impl<'a> World<'a> {
         p.num_solver_iterations = settings.solver_iterations;
         p.num_internal_pgs_iterations = settings.sweeps;
         p.max_ccd_substeps = 0;
+        p.normalized_prediction_distance = (settings.prediction / settings.length_unit) as f32;
+        p.normalized_max_corrective_velocity = (settings.correction_speed / settings.length_unit) as f32;
+        p.contact_recycling = settings.recycle > 0.0;
+        p.normalized_contact_recycle_distance = (settings.recycle / settings.length_unit) as f32;
+        p.friction_in_bias_pass = settings.friction_with_bias;
         p.contact_softness.natural_frequency = settings.contact_frequency as f32;
         p.contact_softness.damping_ratio = settings.contact_damping as f32;
 

@@ -9,7 +9,7 @@ use super::gripper::Gripper;
 use super::state::{Mask, State};
 use super::workspace::{LeaveScope, Workspace};
 use crate::error::{Error, Result, check_range};
-use crate::geom::{Pose2, pieces_gap};
+use crate::geom::pieces_gap;
 
 /// How far two bodies may overlap before a state is refused, metres. Cameras see touching bodies overlap a little;
 /// engines push such bodies apart by no more than the overlap.
@@ -252,15 +252,10 @@ pub(crate) fn check_target(scene: &Scene, state: &State, target: usize) -> Resul
     Ok(())
 }
 
-/// Poses of a state in the order of the scene's bodies, for writing out.
-pub fn state_poses(state: &State) -> Vec<Pose2> {
-    (0..state.len()).map(|i| state.pose(i)).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geom::Shape;
+    use crate::geom::{Pose2, Shape};
 
     fn two_squares() -> Scene {
         let mut b = SceneBuilder::new();
