@@ -31,6 +31,13 @@ step "ABI number of the header and of the library"
 abi=$(sed -n 's/^#define JOSTLE_ABI_VERSION \([0-9]*\).*/\1/p' "$stage/usr/include/jostle/jostle.h")
 [[ -e $stage$libdir/libjostle.so.$abi ]] || fail "jostle.h says ABI '$abi', but there is no libjostle.so.$abi"
 
+step "exported symbols and the header"
+exported=$(nm -D --defined-only "$stage$libdir/libjostle.so" | awk '{ print $3 }')
+[[ -n $exported ]] || fail "libjostle.so exports nothing"
+for symbol in $exported; do
+    grep -qw "$symbol" "$stage"/usr/include/jostle/jostle.h || fail "$symbol is exported, but not in jostle.h"
+done
+
 if command -v pkg-config >/dev/null; then
     # Without these, pkg-config leaves out /usr/include and /usr/lib, also where they lie below a staging folder.
     export PKG_CONFIG_ALLOW_SYSTEM_CFLAGS=1 PKG_CONFIG_ALLOW_SYSTEM_LIBS=1
@@ -47,6 +54,13 @@ if command -v pkg-config >/dev/null; then
     }
     step "pkg-config, shared"
     LD_LIBRARY_PATH=$stage$libdir build_and_run "${shared[@]}"
+    if command -v valgrind >/dev/null; then
+        step "pkg-config, shared, under valgrind"
+        LD_LIBRARY_PATH=$stage$libdir valgrind -q --error-exitcode=1 --leak-check=full \
+            --errors-for-leak-kinds=definite "$work/use_c"
+    else
+        step "SKIPPED valgrind: it is not installed"
+    fi
     step "pkg-config, static"
     build_and_run "${static[@]}"
 else

@@ -13,6 +13,6 @@ int main(void)
         fprintf(stderr, "the library accepts an ABI that it does not have\n");
         return 1;
     }
-    printf("jostle ABI %d\n", (int)JOSTLE_ABI_VERSION);
+    puts(jostle_build_info());
     return 0;
 }

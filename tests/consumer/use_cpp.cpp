@@ -9,6 +9,6 @@ int main()
         std::fprintf(stderr, "the header and the library do not match: %s\n", jostle_last_error());
         return 1;
     }
-    std::printf("jostle ABI %d\n", static_cast<int>(JOSTLE_ABI_VERSION));
+    std::puts(jostle_build_info());
     return 0;
 }
