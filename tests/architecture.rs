@@ -218,7 +218,8 @@ fn find_word(text: &str, word: &str) -> Vec<usize> {
     let open_end = word.ends_with(part);
     text.match_indices(word)
         .map(|(at, _)| at)
-        .filter(|&at| !text[..at].ends_with(part) && !(open_end && text[at + word.len()..].starts_with(part)))
+        .filter(|&at| !text[..at].ends_with(part))
+        .filter(|&at| !open_end || !text[at + word.len()..].starts_with(part))
         .collect()
 }
 
