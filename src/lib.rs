@@ -15,3 +15,8 @@ pub mod scene;
 pub mod search;
 
 pub use error::{Error, Result};
+
+/// The Rust program of the README is compiled and run as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
