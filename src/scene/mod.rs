@@ -1,9 +1,13 @@
 //! The world a planner thinks about: bodies, gripper, workspace, friction (a [`Scene`], immutable while planning),
 //! where the bodies are (a [`State`]), and what is asked (a [`Problem`]).
+//!
+//! Problems come from a [`SceneBuilder`], from scene files ([`Problem::read`]), from the originals' case files
+//! ([`arc`]) and from the seeded [`generate`]; [`library`] has the originals' blocks.
 
 pub mod arc;
 mod body;
 mod file;
+pub mod generate;
 mod gripper;
 mod json;
 pub mod library;
