@@ -1,20 +1,30 @@
-//! Whether a commanded grasp holds at given poses.
+//! Whether a commanded grasp holds at the true poses.
 
 use crate::action::Grasp;
-use crate::geom::{Obb, vec2};
+use crate::error::Result;
+use crate::grasp::{GraspParams, GraspScratch, GraspTest};
 use crate::scene::{Scene, State};
 
-/// The open fingers come down on nothing, and the body lies between the pads.
-pub fn holds(scene: &Scene, state: &State, grasp: &Grasp) -> bool {
-    let jaw = &scene.gripper().grasp;
-    let axis = vec2(grasp.angle.cos(), grasp.angle.sin());
-    let centre = vec2(grasp.position[0], grasp.position[1]);
-    let half = [jaw.finger_thickness / 2.0, jaw.finger_width / 2.0];
-    let offset = (grasp.opening + jaw.finger_thickness) / 2.0;
-    let free = [-offset, offset].into_iter().all(|d| {
-        let finger = Obb { centre: centre + axis * d, axis, half };
-        state.iter().all(|(i, pose)| finger.gap_to(&scene.body(i).footprint, &pose) >= 0.0)
-    });
-    let between = Obb { centre, axis, half: [grasp.opening / 2.0, half[1]] };
-    free && between.gap_to(&scene.body(grasp.body).footprint, &state.pose(grasp.body)) < 0.0
+/// The library's grasp rule without the planner's safety distances: a finger may come down as near to a body as it
+/// likes, but not on it, and the target must pass between the pads. What else the rule asks for (nothing foreign
+/// between the pads, enough cover, gripped faces near parallel) holds unchanged.
+pub struct Jaw {
+    scene: Scene,
+    test: GraspTest,
+    scratch: GraspScratch,
+}
+
+impl Jaw {
+    pub fn new(scene: &Scene) -> Result<Jaw> {
+        let mut gripper = scene.gripper().clone();
+        gripper.grasp.finger_clearance = 0.0;
+        gripper.grasp.fit = 0.0;
+        let mut builder = scene.to_builder();
+        builder.gripper(gripper);
+        Ok(Jaw { scene: builder.build()?, test: GraspTest::new(GraspParams::default())?, scratch: GraspScratch::default() })
+    }
+
+    pub fn holds(&mut self, state: &State, grasp: &Grasp) -> bool {
+        self.test.check(&self.scene, state, grasp, &mut self.scratch).holds()
+    }
 }

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::holds::holds;
+use super::holds::Jaw;
 use super::metrics::Effect;
 use crate::action::{Action, Grasp, Push};
 use crate::error::{Error, Result, check_range};
@@ -68,6 +68,7 @@ pub struct Judge {
     nominal: Arc<Scene>,
     engine: Arc<dyn Transition>,
     scratch: Scratch,
+    jaw: Jaw,
     name: String,
     target: usize,
     truth: State,
@@ -102,6 +103,7 @@ impl Judge {
             nominal: Arc::clone(&problem.scene),
             scratch: engine.scratch(),
             engine,
+            jaw: Jaw::new(&problem.scene)?,
             name: problem.name.clone(),
             target: problem.target,
             truth: problem.state.clone(),
@@ -190,7 +192,7 @@ impl Judge {
 
     /// The grasp was planned for observed poses; it holds if the test passes for it at the true ones.
     fn grasp(&mut self, grasp: &Grasp) -> Effect {
-        if grasp.body != self.target || !holds(&self.nominal, &self.truth, grasp) {
+        if grasp.body != self.target || !self.jaw.holds(&self.truth, grasp) {
             return Effect::Missed;
         }
         self.truth.set_present(self.target, false);

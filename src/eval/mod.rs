@@ -27,4 +27,4 @@ pub use fidelity::{
 pub use judge::{Judge, JudgeOptions};
 pub use metrics::{CaseReport, Decision, Effect, Mean, Spread, Total, Trial, TrialEnd};
 pub use report::{BudgetReport, Configuration, Report, run_suite};
-pub use suite::{Refused, Suite, is_original, max_actions, push_travel, read_problem, with_gripper};
+pub use suite::{Refused, Suite, is_original, max_actions, needs_push, push_travel, read_problem, with_gripper};

@@ -7,7 +7,10 @@ use serde::{Deserialize, Serialize};
 
 use super::closed_loop::DEFAULT_MAX_ACTIONS;
 use crate::error::{Error, Result};
+use crate::grasp::{GraspParams, GraspScratch, GraspTest};
+use crate::plan::GraspDecision;
 use crate::scene::arc::{self, ArcOptions, ArcProfile};
+use crate::scene::generate::{Generator, GeneratorParams};
 use crate::scene::{Gripper, Problem};
 
 /// Actions after which a trial of an original test case fails. PMBS stops after 16; MORE has no cap, and a generous one
@@ -42,7 +45,7 @@ pub struct Suite {
     pub problems: Vec<Problem>,
     /// Files that hold no usable problem. They are not counted.
     pub refused: Vec<Refused>,
-    /// The conventions of its original test cases; none if it holds none.
+    /// The conventions that were asked for, or those of its original test cases; none if it holds none.
     pub profile: Option<ArcProfile>,
 }
 
@@ -52,7 +55,9 @@ impl Suite {
     pub fn open(spec: &str, profile: Option<ArcProfile>) -> Result<Suite> {
         if let Some(rest) = spec.strip_prefix("generated:") {
             let (count, seed) = parse_generated(rest)?;
-            return Suite::generated(count, seed, profile);
+            let mut suite = Suite::generated(count, seed, profile)?;
+            suite.profile = profile;
+            return Ok(suite);
         }
         let path = Path::new(spec);
         let meta = std::fs::metadata(path).map_err(|e| Error::io(path, e))?;
@@ -73,6 +78,18 @@ impl Suite {
             }
         }
         Ok(suite)
+    }
+
+    /// `count` random problems, none of which is solved by a grasp alone.
+    pub fn generated(count: usize, seed: u64, profile: Option<ArcProfile>) -> Result<Suite> {
+        let profile = profile.unwrap_or_default();
+        let generator = Generator::new(GeneratorParams { profile, ..GeneratorParams::default() }, seed)?;
+        Ok(Suite {
+            name: format!("generated:{count}:{seed}"),
+            problems: generator.generate_filtered(count, |problem| needs_push(problem).unwrap_or(false))?,
+            refused: Vec::new(),
+            profile: None,
+        })
     }
 
     /// Takes another gripper for every problem.
@@ -105,6 +122,13 @@ pub fn read_problem(path: &Path, profile: Option<ArcProfile>) -> Result<Problem>
         return Problem::read(path);
     }
     Ok(arc::read(path, ArcOptions { profile, ..ArcOptions::default() })?.problem)
+}
+
+/// The target cannot be grasped as the problem stands, or not well enough for a planner to do so by default.
+pub fn needs_push(problem: &Problem) -> Result<bool> {
+    let test = GraspTest::new(GraspParams::default())?;
+    let best = test.best(&problem.scene, &problem.state, problem.target, &mut GraspScratch::default());
+    Ok(best.is_none_or(|grasp| grasp.score < GraspDecision::default().execute_score))
 }
 
 /// Whether the file is one of the originals' test cases, by its name.
@@ -140,8 +164,45 @@ fn parse_generated(text: &str) -> Result<(usize, u64)> {
     Ok((count, seed))
 }
 
-impl Suite {
-    fn generated(_: usize, _: u64, _: Option<ArcProfile>) -> Result<Suite> {
-        Err(Error::Unsupported("not yet".into()))
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_generated_suite_is_named_by_count_and_seed() {
+        assert_eq!(parse_generated("20").unwrap(), (20, 0));
+        assert_eq!(parse_generated("3:7").unwrap(), (3, 7));
+        for bad in ["", "0", "-1", "x", "3:", "3:x", "1000000"] {
+            let error = parse_generated(bad).unwrap_err().to_string();
+            assert!(error.starts_with("suite: generated:"), "{error}");
+        }
+        let suite = Suite::open("generated:2:5", None).unwrap();
+        assert_eq!((suite.problems.len(), suite.refused.len(), suite.profile), (2, 0, None));
+        assert_eq!(suite.gripper(), "robotiq_2f85");
+        assert!(suite.problems.iter().all(|p| needs_push(p).unwrap()));
+        let again = Suite::open("generated:2:5", None).unwrap();
+        assert_eq!(suite.problems[1].state, again.problems[1].state);
+    }
+
+    #[test]
+    fn a_folder_lists_what_it_refuses() {
+        let folder = std::env::temp_dir().join(format!("jostle-suite-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        super::super::testing::row().write(folder.join("b.json")).unwrap();
+        std::fs::write(folder.join("a.json"), "{").unwrap();
+        std::fs::write(folder.join("c.txt"), "cube.urdf 0 0 0 0.5 0 0.0225 0 0\n").unwrap();
+        std::fs::write(folder.join("notes.md"), "no scene").unwrap();
+        let mut suite = Suite::open(&folder.to_string_lossy(), None).unwrap();
+        let broken = Suite::open(&folder.join("a.json").to_string_lossy(), None);
+        std::fs::remove_dir_all(&folder).unwrap();
+        assert!(broken.is_err(), "a file asked for by name is an error");
+        assert_eq!(suite.problems.len(), 1);
+        let refused: Vec<_> = suite.refused.iter().map(|r| r.name.as_str()).collect();
+        assert_eq!(refused, ["a", "c"]);
+        assert!(suite.refused[1].reason.contains("line 1"), "{:?}", suite.refused);
+        assert_eq!(suite.profile, Some(ArcProfile::More));
+        suite.set_gripper(&Gripper::dissertation_mask()).unwrap();
+        assert_eq!(suite.gripper(), "dissertation_mask");
+        assert!(Suite::open("no such folder", None).is_err());
     }
 }

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::error::ErrorKind;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use jostle::eval::{Against, JudgeOptions};
 use jostle::physics::PhysicsOptions;
@@ -367,6 +368,9 @@ pub fn parse() -> Outcome<Option<Cli>> {
         Err(error) if !error.use_stderr() => {
             crate::output::emit(&error.to_string())?;
             Ok(None)
+        }
+        Err(error) if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            Err(Failure::usage("a command is missing; see --help"))
         }
         Err(error) => {
             let text = error.to_string();

@@ -4,15 +4,16 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
-use jostle::action::Push;
+use jostle::action::{ContourSampler, Push, PushSampler, SamplerScratch};
 use jostle::eval::{read_recordings, statistics};
 use jostle::physics::{self, PhysicsOptions, RapierSettings, Scratch, Transition};
-use jostle::run::{Pool, Stop};
+use jostle::run::{Key, Pool, Stop};
+use jostle::scene::generate::{Generator, GeneratorParams};
 use jostle::scene::{Scene, State};
 use serde::Serialize;
 
 use crate::args::BenchPushArgs;
-use crate::output::{self, Failure, Outcome};
+use crate::output::{self, Failure, Machine, Outcome};
 use crate::table::{Table, number};
 
 /// Every variant runs at least this often.
@@ -22,6 +23,7 @@ const THREADS: [usize; 2] = [1, 2];
 #[derive(Serialize)]
 struct Report {
     version: &'static str,
+    machine: Machine,
     engine: String,
     /// Where the pushes come from.
     source: String,
@@ -108,6 +110,7 @@ pub fn run(args: &BenchPushArgs) -> Outcome<()> {
 
     let mut report = Report {
         version: env!("CARGO_PKG_VERSION"),
+        machine: Machine::this(),
         engine: args.physics.clone(),
         source,
         pushes: pushes.len(),
@@ -202,6 +205,22 @@ fn text(report: &Report, presets: &[String]) -> String {
     )
 }
 
-fn generated(_: u64) -> Outcome<Vec<Source>> {
-    Err(Failure::usage("not yet"))
+/// Pushes that a planner might try: a dozen in each of 24 packed scenes.
+fn generated(seed: u64) -> Outcome<Vec<Source>> {
+    let generator = Generator::new(GeneratorParams::default(), seed)?;
+    let sampler = ContourSampler::preset("more")?;
+    let mut scratch = SamplerScratch::default();
+    let mut sources = Vec::new();
+    for index in 0..24 {
+        let problem = generator.problem(index)?;
+        let mut pushes = Vec::new();
+        let mut order = Key::new(seed).child(index).stream();
+        sampler.sample(&problem.scene, &problem.state, problem.target, None, &mut order, &mut scratch, &mut pushes);
+        sources.extend(pushes.into_iter().take(12).map(|push| Source {
+            scene: Arc::clone(&problem.scene),
+            state: problem.state.clone(),
+            push,
+        }));
+    }
+    Ok(sources)
 }

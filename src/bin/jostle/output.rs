@@ -27,6 +27,11 @@ impl Failure {
         Failure { code: 1, reason: reason.into() }
     }
 
+    /// The same with the place before the reason.
+    pub fn within(self, place: &str) -> Failure {
+        Failure { reason: format!("{place}: {}", self.reason), ..self }
+    }
+
     /// Says it on standard error, in one line.
     pub fn report(&self) -> ExitCode {
         let line = self.reason.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -75,4 +80,27 @@ pub fn report(json: Option<&Path>, value: &impl Serialize, text: &str) -> Outcom
     }
     write_file(path, &document)?;
     emit(text)
+}
+
+/// What a measurement was made on.
+#[derive(Debug, Clone, Serialize)]
+pub struct Machine {
+    pub processor: String,
+    pub cores: usize,
+    pub os: &'static str,
+    pub architecture: &'static str,
+}
+
+impl Machine {
+    pub fn this() -> Machine {
+        let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+        let model = info.lines().find_map(|line| line.strip_prefix("model name"));
+        let processor = model.map(|m| m.trim_start_matches([' ', '\t', ':']).trim()).filter(|m| !m.is_empty());
+        Machine {
+            processor: processor.unwrap_or("unknown").into(),
+            cores: std::thread::available_parallelism().map_or(1, usize::from),
+            os: std::env::consts::OS,
+            architecture: std::env::consts::ARCH,
+        }
+    }
 }

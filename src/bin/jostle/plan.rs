@@ -23,7 +23,7 @@ pub fn run(args: &PlanArgs) -> Outcome<()> {
     }
     let plan = Planner::new(options)?.solve(&problem, &Control::default())?;
     if let Some(path) = &args.svg {
-        output::write_file(path, &render::plan_picture(&problem, &plan)?)?;
+        output::write_file(path, &render::plan_picture(&problem, &plan).render())?;
     }
     output::report(args.json.json.as_deref(), &PlanFile::new(&problem, &plan)?, &text(&problem, &plan))
 }

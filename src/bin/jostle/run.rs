@@ -5,10 +5,19 @@ use std::fmt::Write as _;
 use indicatif::{ProgressBar, ProgressStyle};
 use jostle::eval::{ClosedLoopOptions, DEFAULT_MAX_ACTIONS, Event, Report, Suite, max_actions, push_travel, run_suite};
 use jostle::plan::Control;
+use serde::Serialize;
 
 use crate::args::RunArgs;
-use crate::output::{self, Failure, Outcome};
+use crate::output::{self, Failure, Machine, Outcome};
 use crate::table::{Table, number, percent};
+
+/// The report and what it was made on.
+#[derive(Serialize)]
+struct Document {
+    #[serde(flatten)]
+    report: Report,
+    machine: Machine,
+}
 
 pub fn run(args: &RunArgs) -> Outcome<()> {
     let mut planner = args.planner.options()?;
@@ -45,7 +54,8 @@ pub fn run(args: &RunArgs) -> Outcome<()> {
     });
     bar.finish_and_clear();
     let report = report?;
-    output::report(args.json.json.as_deref(), &report, &text(&report))
+    let text = text(&report);
+    output::report(args.json.json.as_deref(), &Document { machine: Machine::this(), report }, &text)
 }
 
 /// On standard error, and only where that is a terminal.
