@@ -21,7 +21,11 @@ impl Jaw {
         gripper.grasp.fit = 0.0;
         let mut builder = scene.to_builder();
         builder.gripper(gripper);
-        Ok(Jaw { scene: builder.build()?, test: GraspTest::new(GraspParams::default())?, scratch: GraspScratch::default() })
+        Ok(Jaw {
+            scene: builder.build()?,
+            test: GraspTest::new(GraspParams::default())?,
+            scratch: GraspScratch::default(),
+        })
     }
 
     pub fn holds(&mut self, state: &State, grasp: &Grasp) -> bool {

@@ -275,7 +275,12 @@ impl Bench {
 fn text(r: &Report) -> String {
     let mut table = Table::new(["", "p50", "p99", "max"]);
     let mut tail = |name: String, t: &Tail, digits: usize| {
-        table.row([name, number(Some(t.p50_ms), digits), number(Some(t.p99_ms), digits), number(Some(t.max_ms), digits)]);
+        table.row([
+            name,
+            number(Some(t.p50_ms), digits),
+            number(Some(t.p99_ms), digits),
+            number(Some(t.max_ms), digits),
+        ]);
     };
     let d = &r.deadline;
     tail(format!("late after a deadline, ms ({} of {} decisions)", d.ended_by_limit, d.decisions), &d.overrun_ms, 3);

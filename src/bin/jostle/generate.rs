@@ -36,8 +36,12 @@ pub fn run(args: &GenerateArgs) -> Outcome<()> {
         with_gripper(problem, &gripper).and_then(|problem| needs_push(&problem)).unwrap_or(false)
     })?;
     std::fs::create_dir_all(&args.folder).map_err(|e| Failure::failed(format!("{}: {e}", args.folder.display())))?;
-    let mut report =
-        Report { version: env!("CARGO_PKG_VERSION"), seed: args.seed, gripper: gripper.name.clone(), files: Vec::new() };
+    let mut report = Report {
+        version: env!("CARGO_PKG_VERSION"),
+        seed: args.seed,
+        gripper: gripper.name.clone(),
+        files: Vec::new(),
+    };
     let mut text = String::new();
     for problem in problems {
         let problem = with_gripper(&problem, &gripper)?;
