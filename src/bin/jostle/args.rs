@@ -15,7 +15,7 @@ use crate::output::{Failure, Outcome};
 
 /// Plans for robots that push and grasp in clutter.
 #[derive(Debug, Parser)]
-#[command(name = "jostle", version, propagate_version = true, max_term_width = 100)]
+#[command(name = "jostle", version, propagate_version = true, max_term_width = 100, allow_negative_numbers = true)]
 pub struct Cli {
     #[command(subcommand)]
     pub command: Command,
@@ -375,7 +375,8 @@ pub fn parse() -> Outcome<Option<Cli>> {
         Err(error) => {
             let text = error.to_string();
             let text = text.strip_prefix("error: ").unwrap_or(&text);
-            let end = ["\n\nUsage:", "\n\nFor more information"].iter().filter_map(|m| text.find(m)).min();
+            let end =
+                ["\n\nUsage:", "\n\n  tip:", "\n\nFor more information"].iter().filter_map(|m| text.find(m)).min();
             let reason = text[..end.unwrap_or(text.len())].split_whitespace().collect::<Vec<_>>().join(" ");
             Err(Failure::usage(format!("{reason}; see --help")))
         }
