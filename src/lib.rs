@@ -7,6 +7,7 @@
 pub mod action;
 pub mod error;
 pub mod geom;
+pub mod grasp;
 pub mod physics;
 pub mod plan;
 pub mod record;
