@@ -6,6 +6,7 @@
 
 pub mod action;
 pub mod error;
+pub mod eval;
 pub mod geom;
 pub mod grasp;
 pub mod physics;

@@ -120,7 +120,7 @@ impl GraspTest {
     }
 
     /// The same test with all that does not depend on poses worked out for this scene. The result is the same without
-    /// it, and a hundred times slower. It may be used on any scene with the same footprints and gripper.
+    /// it, and much slower. It may be used on any scene with the same footprints and gripper.
     #[must_use]
     pub fn prepared(&self, scene: &Scene) -> Self {
         Self { params: self.params.clone(), tables: Some(Tables::new(scene, &self.params)) }
