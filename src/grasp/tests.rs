@@ -306,12 +306,12 @@ proptest::proptest! {
     }
 }
 
-/// An independent grasp test by points: bodies are clouds of points 1 mm apart, and fingers, strip and pads are
+/// An independent grasp test by points: bodies are clouds of points 1.5 mm apart, and fingers, strip and pads are
 /// compared with the points in bins.
 mod cloud {
     use super::*;
 
-    const STEP: f64 = 1e-3;
+    const STEP: f64 = 1.5e-3;
     const BIN: f64 = 0.25e-3;
 
     pub fn points(f: &Footprint, pose: &Pose2) -> Vec<Vec2> {
@@ -326,7 +326,7 @@ mod cloud {
                     min.y + (max.y - min.y) * j as f64 / ny as f64,
                 ));
                 // Dense near the border, coarse inside: no finger fits between the inner points.
-                let inner = [(3.0, 0.0), (-3.0, 0.0), (0.0, 3.0), (0.0, -3.0)]
+                let inner = [(2.0, 0.0), (-2.0, 0.0), (0.0, 2.0), (0.0, -2.0)]
                     .iter()
                     .all(|&(x, y)| f.contains(pose, p + vec2(x, y) * STEP));
                 if f.contains(pose, p) && (!inner || (i % 5 == 0 && j % 5 == 0)) {
@@ -473,11 +473,11 @@ mod cloud {
 fn an_independent_test_by_points_agrees() {
     let mut rng = Key::new(3).stream();
     let (mut yes, mut no, mut unclear) = (0, 0, 0);
-    for k in 0..100 {
-        let (scene, state) = packed(&mut rng, k % 4, 0.02 + 0.0004 * k as f64);
+    for k in 0..104 {
+        let (scene, state) = packed(&mut rng, k % 4, 0.02 + 0.0005 * k as f64);
         let clouds: Vec<Vec<Vec2>> = state.iter().map(|(i, p)| cloud::points(&scene.body(i).footprint, &p)).collect();
         let own = state.pose(0);
-        let slack = 1.3 * MM;
+        let slack = 1.8 * MM;
         if let Some(g) = best(&scene, &state, 0) {
             // The points lie within the bodies: what is legal is so by points, bins and edges allowed for.
             let centre = vec2(g.position[0], g.position[1]);
@@ -504,7 +504,7 @@ fn an_independent_test_by_points_agrees() {
         assert!(!tried(slack), "{k}: a grasp was missed");
         if tried(-slack) { unclear += 1 } else { no += 1 }
     }
-    assert!(yes >= 20 && no >= 20 && yes + no + unclear == 100, "{yes} {no} {unclear}");
+    assert!(yes >= 20 && no >= 20 && yes + no >= 70, "{yes} {no} {unclear}");
 }
 
 #[test]
