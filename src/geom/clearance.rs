@@ -29,14 +29,19 @@ impl Obb {
 
     /// Gap to a body, metres: negative where they overlap.
     pub fn gap_to(&self, footprint: &Footprint, pose: &Pose2) -> f64 {
-        // The circle round the body settles most queries.
+        self.gap_below(footprint, pose, f64::INFINITY)
+    }
+
+    /// The gap to a body where it is less than `limit`, else `limit` or more: the circle round the body, or a single
+    /// separating line, then settles the question.
+    pub fn gap_below(&self, footprint: &Footprint, pose: &Pose2, limit: f64) -> f64 {
         let away = (pose.position() - self.centre).norm() - footprint.radius - self.half[0].hypot(self.half[1]);
-        if away > 0.05 {
+        if away >= limit {
             return away;
         }
         let frame = pose.frame();
         let corners = self.corners().map(|c| frame.inverse_point(c));
-        footprint.pieces.iter().map(|piece| polygon_piece_gap(&corners, piece)).fold(f64::INFINITY, f64::min)
+        footprint.pieces.iter().fold(limit, |least, piece| least.min(polygon_piece_gap(&corners, piece, least)))
     }
 }
 
@@ -113,20 +118,17 @@ fn vertex_gap(points: &[Vec2], centre: Vec2) -> f64 {
     if outside { best } else { -best }
 }
 
-fn polygon_piece_gap(a: &[Vec2], b: &Piece) -> f64 {
+/// The gap where it is less than `limit`, else `limit` or more.
+fn polygon_piece_gap(a: &[Vec2], b: &Piece, limit: f64) -> f64 {
     match b {
         Piece::Disc { centre, radius } => vertex_gap(a, *centre) - radius,
         Piece::Convex(points) => {
-            let separation = face_gap(a, b).max(
-                edges(points)
-                    .map(|(p, q)| {
-                        let d = (q - p).normalize();
-                        let n = vec2(d.y, -d.x);
-                        a.iter().map(|c| n.dot(c)).fold(f64::INFINITY, f64::min) - n.dot(&p)
-                    })
-                    .fold(f64::NEG_INFINITY, f64::max),
-            );
-            if separation <= 0.0 {
+            let separation = face_gap(a, b);
+            if separation >= limit {
+                return separation;
+            }
+            let separation = separation.max(face_gap_to(points, a));
+            if separation <= 0.0 || separation >= limit {
                 return separation;
             }
             // Apart: the true distance may be from corner to corner.
@@ -138,31 +140,45 @@ fn polygon_piece_gap(a: &[Vec2], b: &Piece) -> f64 {
     }
 }
 
+/// As [`face_gap`], for a polygon given by its corners.
+fn face_gap_to(points: &[Vec2], corners: &[Vec2]) -> f64 {
+    edges(points)
+        .map(|(p, q)| {
+            let d = (q - p).normalize();
+            let n = vec2(d.y, -d.x);
+            corners.iter().map(|c| n.dot(c)).fold(f64::INFINITY, f64::min) - n.dot(&p)
+        })
+        .fold(f64::NEG_INFINITY, f64::max)
+}
+
 /// Signed gap between two pieces, `b` given in the frame of `a` by `b_in_a`; metres, negative is penetration depth.
-pub fn piece_gap(a: &Piece, b: &Piece, b_in_a: &Frame) -> f64 {
+/// Where it is not less than `limit`, some number that is not either.
+pub fn piece_gap(a: &Piece, b: &Piece, b_in_a: &Frame, limit: f64) -> f64 {
     let moved = match b {
         Piece::Convex(points) => Piece::Convex(points.iter().map(|&p| b_in_a.point(p)).collect()),
         Piece::Disc { centre, radius } => Piece::Disc { centre: b_in_a.point(*centre), radius: *radius },
     };
     match (a, &moved) {
-        (Piece::Convex(points), _) => polygon_piece_gap(points, &moved),
-        (_, Piece::Convex(points)) => polygon_piece_gap(points, a),
+        (Piece::Convex(points), _) => polygon_piece_gap(points, &moved, limit),
+        (_, Piece::Convex(points)) => polygon_piece_gap(points, a, limit),
         (Piece::Disc { centre, radius }, Piece::Disc { centre: c, radius: r }) => (centre - c).norm() - radius - r,
     }
 }
 
 /// Signed gap between two bodies at poses in one frame: the least over their pieces.
 pub fn pieces_gap(a: &Footprint, pose_a: &Pose2, b: &Footprint, pose_b: &Pose2) -> f64 {
+    pieces_gap_below(a, pose_a, b, pose_b, f64::INFINITY)
+}
+
+/// The gap between two bodies where it is less than `limit`, else `limit` or more; fast where they are far apart.
+pub fn pieces_gap_below(a: &Footprint, pose_a: &Pose2, b: &Footprint, pose_b: &Pose2, limit: f64) -> f64 {
     let away = (pose_a.position() - pose_b.position()).norm() - a.radius - b.radius;
-    if away > 0.05 {
+    if away >= limit {
         return away;
     }
     let frame = pose_a.inverse().compose(pose_b).frame();
-    a.pieces
-        .iter()
-        .flat_map(|p| b.pieces.iter().map(move |q| (p, q)))
-        .map(|(p, q)| piece_gap(p, q, &frame))
-        .fold(f64::INFINITY, f64::min)
+    let pairs = a.pieces.iter().flat_map(|p| b.pieces.iter().map(move |q| (p, q)));
+    pairs.fold(limit, |least, (p, q)| least.min(piece_gap(p, q, &frame, least)))
 }
 
 #[cfg(test)]

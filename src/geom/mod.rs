@@ -9,7 +9,7 @@ mod footprint;
 mod polygon;
 mod pose;
 
-pub use clearance::{Obb, piece_gap, pieces_gap};
+pub use clearance::{Obb, piece_gap, pieces_gap, pieces_gap_below};
 pub use decompose::convex_pieces;
 pub use footprint::{CompoundPart, Footprint, Piece, Shape};
 pub use polygon::{

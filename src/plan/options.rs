@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::recipe::recipe;
+use crate::action::SamplerParams;
 use crate::error::{Result, check_range};
 use crate::physics::PhysicsOptions;
 use crate::run::Budget;
@@ -20,7 +21,7 @@ pub struct GraspDecision {
 
 impl Default for GraspDecision {
     fn default() -> Self {
-        Self { execute_score: 0.15, solved_score: 0.3 }
+        Self { execute_score: 0.4, solved_score: 0.45 }
     }
 }
 
@@ -32,6 +33,8 @@ pub struct PlannerOptions {
     pub physics: PhysicsOptions,
     /// Name of a push sampler; the planner's own if absent.
     pub sampler: Option<String>,
+    /// Every parameter of the push sampler; takes the place of the named one.
+    pub sampler_params: Option<SamplerParams>,
     /// Travel of a push, metres; the sampler's own if absent.
     pub push_length: Option<f64>,
     pub grasp: GraspDecision,
@@ -68,6 +71,7 @@ impl Default for PlannerOptions {
             planner: "pmbs".into(),
             physics: PhysicsOptions::default(),
             sampler: None,
+            sampler_params: None,
             push_length: None,
             grasp: GraspDecision::default(),
             budget: Budget::default(),

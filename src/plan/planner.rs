@@ -215,7 +215,10 @@ fn grasped(state: &State, grasp: Grasp, value: f64) -> PlannedAction {
 }
 
 fn sampler(options: &PlannerOptions, recipe: &Recipe) -> Result<ContourSampler> {
-    let sampler = ContourSampler::preset(options.sampler.as_deref().unwrap_or(recipe.sampler))?;
+    let sampler = match &options.sampler_params {
+        Some(params) => ContourSampler::new("custom", params.clone())?,
+        None => ContourSampler::preset(options.sampler.as_deref().unwrap_or(recipe.sampler))?,
+    };
     match options.push_length {
         Some(length) => sampler.with_length(length),
         None => Ok(sampler),

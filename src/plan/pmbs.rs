@@ -20,7 +20,8 @@ const SECONDS_CODE: f64 = 30.0;
 
 pub fn recipe(options: &PlannerOptions) -> Recipe {
     let lanes = options.lanes.unwrap_or(LANES) as u32;
-    let text = Params::pmbs(lanes);
+    // "An identified terminal node" may be one that a simulation met: then a plan is known early and bounds the depth.
+    let text = Params { adopt_solutions: true, ..Params::pmbs(lanes) };
     let (search, seconds) = match options.variant {
         Variant::Dissertation => (text, SECONDS),
         Variant::Code => {
@@ -31,9 +32,11 @@ pub fn recipe(options: &PlannerOptions) -> Recipe {
                 first_expand: true,
                 early_stop: EarlyStop::LevelComplete { first: 2, last: None },
                 rollout_cutoff: 0.1,
+                adopt_solutions: false,
                 ..text
             };
-            (if lanes > 1 { parallel } else { Params { selection, ..text } }, SECONDS_CODE)
+            let serial = Params { selection, adopt_solutions: false, ..text };
+            (if lanes > 1 { parallel } else { serial }, SECONDS_CODE)
         }
     };
     Recipe {

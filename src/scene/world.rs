@@ -9,7 +9,7 @@ use super::gripper::Gripper;
 use super::state::{Mask, State};
 use super::workspace::{LeaveScope, Workspace};
 use crate::error::{Error, Result, check_range};
-use crate::geom::pieces_gap;
+use crate::geom::pieces_gap_below;
 
 /// How far two bodies may overlap before a state is refused, metres. Cameras see touching bodies overlap a little;
 /// engines push such bodies apart by no more than the overlap.
@@ -187,7 +187,8 @@ impl Scene {
         }
         for (i, pi) in state.iter() {
             for (j, pj) in state.iter().filter(|(j, _)| *j > i) {
-                let gap = pieces_gap(&self.bodies[i].footprint, &pi, &self.bodies[j].footprint, &pj);
+                let (a, b) = (&self.bodies[i].footprint, &self.bodies[j].footprint);
+                let gap = pieces_gap_below(a, &pi, b, &pj, 0.0);
                 if gap < -self.overlap_tolerance {
                     return Err(Error::argument(
                         format!("poses[{j}]"),

@@ -169,6 +169,10 @@ pub struct Params {
     /// Keep simulated rollout states in the tree, so that expanding them later costs no simulation. A pure cache:
     /// decisions are the same without.
     pub reuse_rollouts: bool,
+    /// Make the best solution that the rollouts of a pair meet a node of the tree, with the way to it, if it is within
+    /// `max_depth`: the search then knows a whole plan, and `shrink_depth_on_solution` applies to it ("an identified
+    /// terminal node", PMBS). Needs `reuse_rollouts`.
+    pub adopt_solutions: bool,
     /// When a solution of level d is found, `max_depth` becomes d and `rollout_extra` 0 (PMBS).
     pub shrink_depth_on_solution: bool,
     /// The return of an iteration.
@@ -208,6 +212,7 @@ impl Params {
             rollout_failure: RolloutFailure::End,
             rollout_cutoff: 0.0,
             reuse_rollouts: true,
+            adopt_solutions: false,
             shrink_depth_on_solution: false,
             returns: Return::Greatest,
             backup: Backup::GreatestWithOwn,
@@ -294,6 +299,9 @@ impl Params {
         check_range("rollout_cutoff", self.rollout_cutoff, 0.0..=1.0)?;
         if let Return::Last { earlier } = self.returns {
             check_range("returns.earlier", earlier, 0.0..=1.0)?;
+        }
+        if self.adopt_solutions && !self.reuse_rollouts {
+            return Err(Error::argument("adopt_solutions", "needs the states of rollouts; set reuse_rollouts"));
         }
         if let EarlyStop::LevelComplete { first, last } = self.early_stop {
             check_count("early_stop.first", first, 1, MAX_DEPTH)?;

@@ -10,6 +10,7 @@ use super::Search;
 use super::arena::{NONE, Tried};
 use super::domain::{Domain, Status};
 use super::params::{Return, RolloutFailure, RolloutPolicy};
+use super::wave::Pair;
 use crate::error::Result;
 
 /// What a rollout has seen so far.
@@ -117,9 +118,40 @@ impl<D: Domain> Search<'_, D> {
 
     /// Gives the walker's return to its pair, which keeps the greatest.
     fn finish(&mut self, walker: Walker) {
+        let value = walker.trace.value(self.params.returns);
+        let terminal = self.arena.node(walker.node).terminal;
         let pair = &mut self.work.pairs[walker.pair as usize];
-        pair.value = pair.value.max(walker.trace.value(self.params.returns));
+        if terminal && value > pair.value {
+            pair.solution = walker.node;
+        }
+        pair.value = pair.value.max(value);
         pair.plain = pair.plain.max(walker.trace.plain);
+    }
+
+    /// Makes the solutions that rollouts have met nodes of the tree, with the ghosts that lead to them. The iteration is
+    /// then backed up from the solution.
+    pub(super) fn adopt(&mut self) {
+        for index in 0..self.work.pairs.len() {
+            let Pair { child, solution, .. } = self.work.pairs[index];
+            // The limit may have fallen since the rollout began: a longer solution is of no use.
+            if solution == NONE || solution == child || self.arena.node(solution).level > self.frontier.max_depth {
+                continue;
+            }
+            self.work.path.clear();
+            let mut node = solution;
+            while !self.arena.node(node).real {
+                self.work.path.push(node);
+                node = self.arena.node(node).parent;
+            }
+            while let Some(node) = self.work.path.pop() {
+                let (parent, edge) = (self.arena.node(node).parent, self.arena.node(node).edge);
+                self.frontier.take(self.arena, parent, edge);
+                self.frontier.attach(self.arena, node);
+            }
+            let pair = &mut self.work.pairs[index];
+            let own = self.arena.node(solution).value;
+            (pair.child, pair.value, pair.plain) = (solution, own, own);
+        }
     }
 
     /// How many actions each walker tries. More than one where lanes are to spare, which includes those of rollouts

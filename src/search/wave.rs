@@ -25,11 +25,22 @@ pub(super) struct Pair {
     /// Return of the new node, and the greatest plain value it was made from.
     pub value: f64,
     pub plain: f64,
+    /// The solution that gave the greatest return, if rollouts met one; `NONE` without.
+    pub solution: u32,
 }
 
 impl Pair {
     pub fn new(node: u32, edge: u32, stream: Stream) -> Self {
-        Pair { node, edge, child: NONE, job: NONE, stream, value: f64::NEG_INFINITY, plain: f64::NEG_INFINITY }
+        Pair {
+            node,
+            edge,
+            child: NONE,
+            job: NONE,
+            stream,
+            value: f64::NEG_INFINITY,
+            plain: f64::NEG_INFINITY,
+            solution: NONE,
+        }
     }
 }
 
@@ -51,6 +62,8 @@ pub(super) struct Workspace<D: Domain> {
     pub failures: Vec<u32>,
     /// New place of every node while a tree is cut.
     pub map: Vec<u32>,
+    /// Ghosts on the way to a solution.
+    pub path: Vec<u32>,
 }
 
 impl<D: Domain> Default for Workspace<D> {
@@ -68,6 +81,7 @@ impl<D: Domain> Default for Workspace<D> {
             order: Vec::new(),
             failures: Vec::new(),
             map: Vec::new(),
+            path: Vec::new(),
         }
     }
 }
@@ -79,6 +93,9 @@ impl<D: Domain> Search<'_, D> {
         self.expand()?;
         let (nodes, edges) = (self.arena.len(), self.arena.edge_len());
         self.roll_out()?;
+        if self.params.adopt_solutions {
+            self.adopt();
+        }
         self.back_up();
         if !self.params.reuse_rollouts {
             self.forget_rollouts(nodes, edges);

@@ -5,7 +5,7 @@ use rapier2d::prelude::*;
 use super::friction::{Twist, after_friction};
 use super::{Bordered, Rapier, bordered, vector};
 use crate::action::Push;
-use crate::geom::{Obb, Piece, Pose2, pieces_gap};
+use crate::geom::{Obb, Piece, Pose2, pieces_gap_below};
 use crate::run::Stop;
 use crate::scene::{Mask, Scene, State};
 
@@ -20,8 +20,10 @@ pub fn free_travel(scene: &Scene, state: &State, push: &Push, border: f64) -> Op
     let mut travel = 0.0;
     for _ in 0..64 {
         let tip = Obb { centre: start.centre + direction * travel, ..start };
-        let gap =
-            state.iter().map(|(i, pose)| tip.gap_to(&scene.body(i).footprint, &pose)).fold(f64::INFINITY, f64::min);
+        // Far enough to reach the end is all that has to be known of a gap.
+        let gap = state.iter().fold(length - travel + border, |least, (i, pose)| {
+            least.min(tip.gap_below(&scene.body(i).footprint, &pose, least))
+        });
         let free = gap - border;
         if free < NEAR {
             return Some(travel);
@@ -71,6 +73,7 @@ impl<'a> World<'a> {
         let velocity = push.direction() * (left / (steps * settings.time_step));
 
         let mut handles = Vec::with_capacity(state.len());
+        let borders = borders_in(engine, state);
         for (i, pose) in state.iter() {
             let prepared = &engine.bodies[i];
             let body = RigidBodyBuilder::dynamic()
@@ -78,7 +81,7 @@ impl<'a> World<'a> {
                 .can_sleep(false)
                 .additional_mass_properties(prepared.mass_properties);
             let handle = world.insert_body(body);
-            let border = border_in(engine, state, i, &pose);
+            let border = borders[handles.len()];
             for piece in &prepared.pieces {
                 let collider = ColliderBuilder::new(shape(piece, border, settings.border))
                     .translation(offset(&piece.piece))
@@ -184,16 +187,21 @@ impl<'a> World<'a> {
     }
 }
 
-/// The body's border in this state: the settings', or half the gap to its nearest neighbour where that is less.
-fn border_in(engine: &Rapier, state: &State, body: usize, pose: &Pose2) -> f64 {
+/// The present bodies' borders in this state, in the order of [`State::iter`]: the settings', or half the gap to the
+/// nearest neighbour where that is less.
+fn borders_in(engine: &Rapier, state: &State) -> Vec<f64> {
     let full = engine.settings.border;
-    let footprint = &engine.scene.body(body).footprint;
-    state
-        .iter()
-        .filter(|(j, _)| *j != body)
-        .map(|(j, other)| pieces_gap(footprint, pose, &engine.scene.body(j).footprint, &other) / 2.0)
-        .fold(full, f64::min)
-        .max(0.0)
+    let bodies: Vec<(usize, Pose2)> = state.iter().collect();
+    let mut borders = vec![full; bodies.len()];
+    for (k, (i, pose)) in bodies.iter().enumerate() {
+        for (l, (j, other)) in bodies.iter().enumerate().skip(k + 1) {
+            let (a, b) = (&engine.scene.body(*i).footprint, &engine.scene.body(*j).footprint);
+            let half = (pieces_gap_below(a, pose, b, other, 2.0 * full) / 2.0).max(0.0);
+            borders[k] = borders[k].min(half);
+            borders[l] = borders[l].min(half);
+        }
+    }
+    borders
 }
 
 fn shape(piece: &Bordered, border: f64, full: f64) -> SharedShape {
