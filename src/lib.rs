@@ -4,8 +4,12 @@
 //! `error` <- `geom` <- `scene` <- `action` <- {`physics`, `grasp`} <- `plan` <- {`eval`, `record`} <- `ffi`.
 //! `search` and `run` stand aside: they know only `error`.
 
+#![deny(unsafe_code)]
+
 pub mod action;
 pub mod error;
+#[allow(unsafe_code)]
+pub mod ffi;
 pub mod geom;
 pub mod physics;
 pub mod plan;
