@@ -13,8 +13,14 @@ pub mod ffi;
 pub mod geom;
 pub mod physics;
 pub mod plan;
+pub mod record;
 pub mod run;
 pub mod scene;
 pub mod search;
 
 pub use error::{Error, Result};
+
+/// The Rust program of the README is compiled and run as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

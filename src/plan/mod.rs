@@ -1,9 +1,14 @@
 //! Planners: what they are asked, what they answer, and one file for each system's composition.
 
+mod mcts;
 mod options;
 mod outcome;
 mod planner;
+mod pmbs;
+mod recipe;
+mod retrieval;
 
 pub use options::{GraspDecision, PLANNERS, PlannerOptions};
 pub use outcome::{Outcome, Plan, PlanStatistics, PlannedAction, RankedAction};
 pub use planner::{Control, Planner};
+pub use retrieval::{Retrieval, Reward};

@@ -3,11 +3,18 @@
 use std::sync::Arc;
 
 use super::options::PlannerOptions;
-use super::outcome::{Outcome, Plan};
-use crate::action::Action;
+use super::outcome::{Outcome, Plan, PlanStatistics, PlannedAction, RankedAction};
+use super::recipe::Recipe;
+use super::retrieval::Retrieval;
+use super::{mcts, pmbs};
+use crate::action::{Action, ContourSampler, Grasp, Push};
 use crate::error::Result;
-use crate::run::{CancelToken, Progress};
-use crate::scene::Problem;
+use crate::geom::normalize_angle;
+use crate::grasp::{GeometricScorer, GraspParams};
+use crate::physics;
+use crate::run::{Budget, CancelToken, Pool, Progress, Stop};
+use crate::scene::{Problem, Scene, State};
+use crate::search::{EndReason, Run, SearchReport, Tree};
 
 /// How a running decision is watched and ended from outside. Cheap to clone.
 #[derive(Debug, Clone, Default)]
@@ -19,16 +26,46 @@ pub struct Control {
 }
 
 /// A planner with its memory. Thread rule: one thread at a time; it runs its own worker threads inside a call only.
-#[derive(Debug)]
 pub struct Planner {
     options: PlannerOptions,
+    recipe: Recipe,
+    pool: Pool,
+    tree: Tree<Retrieval>,
+    domain: Option<Retrieval>,
+    /// The state that the tree's root stands for: the one observed, until an action is executed.
+    expected: Option<State>,
 }
 
+impl std::fmt::Debug for Planner {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Planner").field("options", &self.options).finish_non_exhaustive()
+    }
+}
+
+/// Most first actions that a plan lists.
+const CONSIDERED: usize = 16;
+/// An observed pose this near the predicted one is the same (metres; radians): the tree below is used on.
+const SAME: (f64, f64) = (1e-4, 1e-3);
+
 impl Planner {
-    /// Checks the options and prepares the planner (engine, sampler, worker threads).
+    /// Checks the options and prepares the planner (recipe, worker threads).
     pub fn new(options: PlannerOptions) -> Result<Planner> {
         options.validate()?;
-        Ok(Planner { options })
+        let solved = options.grasp.solved_score;
+        let mut recipe = match options.planner.as_str() {
+            "mcts" => mcts::recipe(solved),
+            _ => pmbs::recipe(options.lanes, solved),
+        };
+        if let Some(lanes) = options.lanes {
+            recipe.search.lanes = lanes as u32;
+        }
+        if let Some(depth) = options.max_depth {
+            recipe.search.max_depth = depth;
+        }
+        recipe.search.validate().map_err(|e| e.within("search"))?;
+        sampler(&options, &recipe)?;
+        let pool = Pool::new(options.threads, "jostle")?;
+        Ok(Planner { options, recipe, pool, tree: Tree::new(), domain: None, expected: None })
     }
 
     pub fn options(&self) -> &PlannerOptions {
@@ -37,30 +74,188 @@ impl Planner {
 
     /// Decides what to do for the observed problem, within the options' budget. If the problem is the one that
     /// [`advance`](Self::advance) predicted, the kept part of the tree is used.
+    ///
+    /// A graspable target is grasped at once; otherwise pushes are searched that make it graspable.
+    ///
+    /// # Errors
+    /// A problem that does not fit ([`Problem::new`] says when). Running out of budget or being cancelled are outcomes.
     pub fn solve(&mut self, problem: &Problem, control: &Control) -> Result<Plan> {
-        let _ = (problem, control);
-        Ok(Plan::empty(Outcome::Infeasible, &self.options.planner, self.options.seed))
+        let mut budget = self.options.budget;
+        if budget.iterations.is_none() && budget.seconds.is_none() {
+            budget = Budget { bytes: budget.bytes, ..self.recipe.budget };
+        }
+        let keep = self.expected.as_ref().is_some_and(|expected| same(expected, &problem.state));
+        self.decide(problem, budget, keep, control)
     }
 
-    /// Like [`solve`](Self::solve), but does at most `iterations` more iterations and returns the best plan so far;
-    /// called again with the same problem it goes on where it was.
+    /// Like [`solve`](Self::solve), but does at most `iterations` more iterations (the options' seconds hold as well)
+    /// and returns the best plan so far; called again with the same problem it goes on where it was.
     pub fn step(&mut self, problem: &Problem, iterations: u64, control: &Control) -> Result<Plan> {
-        let _ = iterations;
-        self.solve(problem, control)
+        let budget = Budget { iterations: Some(iterations), ..self.options.budget };
+        budget.validate()?;
+        let keep = self.expected.as_ref().is_some_and(|expected| same(expected, &problem.state));
+        self.decide(problem, budget, keep, control)
     }
 
     /// Tells the planner that the first action of its last plan was executed: the part of the tree below it is kept.
     /// Returns whether there was one.
     pub fn advance(&mut self, action: &Action) -> Result<bool> {
-        let _ = action;
-        Ok(false)
+        let Action::Push(push) = action else {
+            self.reset();
+            return Ok(false);
+        };
+        let index = self.tree.root_children().find(|c| same_push(c.action, push)).map(|c| c.index);
+        let kept = index.is_some_and(|index| self.tree.advance(index));
+        if kept {
+            self.expected = self.tree.root_state().cloned();
+        } else {
+            self.reset();
+        }
+        Ok(kept)
     }
 
-    /// Forgets the tree.
-    pub fn reset(&mut self) {}
-
-    /// Bytes that the tree holds.
-    pub fn memory_bytes(&self) -> usize {
-        0
+    /// Forgets the tree. Its memory is kept for the next decision.
+    pub fn reset(&mut self) {
+        self.tree.reset();
+        self.expected = None;
     }
+
+    fn decide(&mut self, problem: &Problem, budget: Budget, keep: bool, control: &Control) -> Result<Plan> {
+        let stop = budget.start(&control.cancel);
+        problem.validate()?;
+        let fits = self.domain.as_ref().is_some_and(|d| {
+            d.target == problem.target && (Arc::ptr_eq(&d.scene, &problem.scene) || d.scene == problem.scene)
+        });
+        if !fits {
+            self.reset();
+            self.domain = Some(prepare(&self.options, &self.recipe, problem)?);
+        }
+        let Some(domain) = &self.domain else {
+            return Ok(Plan::empty(Outcome::Infeasible, &self.options.planner, self.options.seed));
+        };
+        let mut plan = Plan::empty(Outcome::Infeasible, &self.options.planner, self.options.seed);
+
+        let now = domain.assess(&mut domain.new_scratch(), &problem.state);
+        if let Some(grasp) = now.grasp.filter(|g| g.score >= self.options.grasp.execute_score) {
+            plan.outcome = Outcome::Solved;
+            plan.grasp_score = grasp.score;
+            plan.actions.push(grasped(&problem.state, grasp, grasp.score));
+            plan.statistics.seconds = stop.elapsed().as_secs_f64();
+            return Ok(plan);
+        }
+
+        let run = Run { pool: &self.pool, stop: &stop, budget, progress: control.progress.as_deref() };
+        let searched = if keep && fits && self.tree.root_state().is_some() {
+            self.tree.resume(domain, &self.recipe.search, &run)
+        } else {
+            self.tree.search(domain, &problem.state, &self.recipe.search, self.options.seed, &run)
+        };
+        let report = searched.inspect_err(|_| self.expected = None)?;
+        if self.expected.is_none() || !keep {
+            self.expected = Some(problem.state.clone());
+        }
+        self.fill(&mut plan, &report, &stop);
+        Ok(plan)
+    }
+
+    /// Reads the plan out of the tree.
+    fn fill(&self, plan: &mut Plan, report: &SearchReport, stop: &Stop) {
+        plan.statistics = PlanStatistics {
+            iterations: report.iterations,
+            nodes: report.nodes,
+            simulations: report.simulations,
+            seconds: stop.elapsed().as_secs_f64(),
+            domain_seconds: report.step_time.as_secs_f64(),
+            search_seconds: report.time.saturating_sub(report.step_time).as_secs_f64(),
+            no_plan_within: report.proved_level.checked_sub(1),
+        };
+        if matches!(report.reason, EndReason::Cancelled | EndReason::Interrupted) {
+            plan.outcome = Outcome::Cancelled;
+            return;
+        }
+        let Some(domain) = &self.domain else { return };
+        for node in self.tree.best_path() {
+            if let Some((_, push)) = node.action {
+                let action = Action::Push(*push);
+                plan.actions.push(PlannedAction { action, predicted: node.state.clone(), value: node.mean });
+            }
+            if node.terminal {
+                let found = domain.assess(&mut domain.new_scratch(), node.state);
+                if let Some(grasp) = found.grasp {
+                    plan.grasp_score = grasp.score;
+                    plan.actions.push(grasped(node.state, grasp, node.value));
+                }
+            }
+        }
+        let solved = plan.actions.last().is_some_and(|a| matches!(a.action, Action::Grasp(_)));
+        plan.outcome = match report.reason {
+            _ if solved => Outcome::Solved,
+            EndReason::Iterations | EndReason::Memory | EndReason::Deadline => Outcome::Budget,
+            _ if plan.actions.is_empty() => Outcome::Infeasible,
+            _ => Outcome::Partial,
+        };
+        plan.considered = self.considered();
+    }
+
+    fn considered(&self) -> Vec<RankedAction> {
+        let mut ranked: Vec<RankedAction> = self
+            .tree
+            .root_children()
+            .filter_map(|child| {
+                let node = child.node?;
+                Some(RankedAction {
+                    action: Action::Push(*child.action),
+                    value: child.score.unwrap_or(node.mean),
+                    best_return: node.best,
+                    visits: u64::from(node.visits),
+                    prior: f64::from(child.prior),
+                    solution_level: node.solved_level,
+                })
+            })
+            .collect();
+        // Stable: equal values stay in the sampler's order.
+        ranked.sort_by(|a, b| b.value.total_cmp(&a.value));
+        ranked.truncate(CONSIDERED);
+        ranked
+    }
+}
+
+fn grasped(state: &State, grasp: Grasp, value: f64) -> PlannedAction {
+    let mut predicted = state.clone();
+    predicted.set_present(grasp.body, false);
+    PlannedAction { action: Action::Grasp(grasp), predicted, value }
+}
+
+fn sampler(options: &PlannerOptions, recipe: &Recipe) -> Result<ContourSampler> {
+    let sampler = ContourSampler::preset(options.sampler.as_deref().unwrap_or(recipe.sampler))?;
+    match options.push_length {
+        Some(length) => sampler.with_length(length),
+        None => Ok(sampler),
+    }
+}
+
+fn prepare(options: &PlannerOptions, recipe: &Recipe, problem: &Problem) -> Result<Retrieval> {
+    let scene: &Arc<Scene> = &problem.scene;
+    Ok(Retrieval {
+        scene: Arc::clone(scene),
+        target: problem.target,
+        engine: physics::engine(&options.physics, Arc::clone(scene))?,
+        sampler: Box::new(sampler(options, recipe)?.prepared(scene)),
+        scorer: Box::new(GeometricScorer::new(scene, GraspParams::default())?),
+        reward: recipe.reward,
+    })
+}
+
+/// The states are the same up to [`SAME`].
+fn same(a: &State, b: &State) -> bool {
+    a.present() == b.present()
+        && a.len() == b.len()
+        && a.iter().all(|(i, p)| {
+            let q = b.pose(i);
+            (p.position() - q.position()).norm() <= SAME.0 && normalize_angle(p.theta - q.theta).abs() <= SAME.1
+        })
+}
+
+fn same_push(a: &Push, b: &Push) -> bool {
+    a.start == b.start && a.end == b.end
 }

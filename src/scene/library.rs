@@ -88,7 +88,7 @@ pub fn block_of(name: &str, set: BlockSet, convention: BlockConvention) -> Resul
     def.mass = set.mass(name);
     def.friction = set.friction();
     if convention == BlockConvention::Simulator {
-        let [x, y] = size(name).map(|s| s + 2.0 * SIMULATOR_MARGIN);
+        let [x, y, _] = simulator_box(name)?;
         def.centre_of_mass = Some([0.0, 0.0]);
         def.inertia = Some(def.mass / 12.0 * (x * x + y * y));
     }
@@ -107,6 +107,12 @@ pub fn canonical(name: &str) -> Result<&'static str> {
 /// Extent of a block's footprint along x and y, metres.
 pub fn block_size(name: &str) -> Result<[f64; 2]> {
     canonical(name).map(size)
+}
+
+/// The box whose inertia the simulation of VFT and MORE gives a block: extents in the block's frame, metres.
+pub(super) fn simulator_box(name: &str) -> Result<[f64; 3]> {
+    let [x, y] = block_size(name)?;
+    Ok([x, y, BLOCK_HEIGHT].map(|s| s + 2.0 * SIMULATOR_MARGIN))
 }
 
 fn size(name: &str) -> [f64; 2] {

@@ -1,9 +1,17 @@
 //! The world a planner thinks about: bodies, gripper, workspace, friction (a [`Scene`], immutable while planning),
 //! where the bodies are (a [`State`]), and what is asked (a [`Problem`]).
+//!
+//! Problems come from a [`SceneBuilder`], from scene files ([`Problem::read`]), from the originals' case files
+//! ([`arc`]) and from the seeded [`generate`]; [`library`] has the originals' blocks.
 
+pub mod arc;
 mod body;
+mod file;
+pub mod generate;
 mod gripper;
+mod json;
 pub mod library;
+mod solid;
 mod state;
 #[cfg(test)]
 pub(crate) mod testing;
@@ -11,6 +19,7 @@ mod workspace;
 mod world;
 
 pub use body::{Body, BodyDef, MAX_BODIES};
+pub use file::SCENE_VERSION;
 pub use gripper::{Grasper, Gripper, PushTip};
 pub use state::{BodyPose, Mask, State};
 pub use workspace::{LeaveRule, LeaveScope, Workspace};

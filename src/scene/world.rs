@@ -232,9 +232,15 @@ pub struct Problem {
 impl Problem {
     /// Checks that the state fits the scene and that the target is there and can be grasped.
     pub fn new(name: impl Into<String>, scene: Arc<Scene>, state: State, target: usize) -> Result<Problem> {
-        scene.check_state(&state)?;
-        check_target(&scene, &state, target)?;
-        Ok(Problem { name: name.into(), scene, state, target })
+        let problem = Problem { name: name.into(), scene, state, target };
+        problem.validate()?;
+        Ok(problem)
+    }
+
+    /// What [`Problem::new`] checks, for a problem whose fields were changed since.
+    pub fn validate(&self) -> Result<()> {
+        self.scene.check_state(&self.state)?;
+        check_target(&self.scene, &self.state, self.target)
     }
 }
 

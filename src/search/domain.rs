@@ -9,9 +9,9 @@ use crate::run::{Key, Stop};
 /// The search calls it in batches. It is shared by all threads; what changes lives in a [`Scratch`](Self::Scratch),
 /// one per worker and search.
 ///
-/// **Contract.** An [`Outcome`] is a function of the state, the action and the key alone: not of the scratch's history,
-/// of how jobs are grouped, or of the thread. The search relies on it to give the same tree at any number of threads
-/// and to use a simulation wherever it is needed again.
+/// **Contract.** An [`Outcome`] is a function of the job's state, action, key and level alone: not of the scratch's
+/// history, of how jobs are grouped, or of the thread. The search relies on it to give the same tree at any number of
+/// threads and to use a simulation wherever it is needed again.
 pub trait Domain: Sized + Sync {
     /// What a node holds of the world. `clone_from` should reuse memory: the search then allocates nothing.
     type State: Clone + Default + Send + Sync;
@@ -154,7 +154,7 @@ pub struct Job<D: Domain> {
     /// Names the new node: a function of the seed and of the path from the root. All randomness of the outcome (an
     /// action sampler's order, say) comes from here.
     pub key: Key,
-    /// Level of the new node: the number of actions from the root.
+    /// Level of the new node: the number of actions from the root of the search that simulates it first.
     pub level: u32,
     /// To be filled.
     pub outcome: Outcome<D>,

@@ -1,0 +1,101 @@
+# Two commands do the work on a fresh machine: `make demo` and `make test`. `make help` lists all.
+
+CARGO       ?= $(shell command -v cargo || echo "$${CARGO_HOME:-$$HOME/.cargo}/bin/cargo")
+CARGO_FLAGS ?=
+CC          ?= cc
+CFLAGS      ?= -O2
+
+DESTDIR    ?=
+PREFIX     ?= /usr/local
+LIBDIR     ?= $(PREFIX)/lib
+INCLUDEDIR ?= $(PREFIX)/include
+
+# One profile for everything: planning is slow without optimisation, and a second profile would build the physics
+# engine a second time.
+PROFILE := --release --features cli $(CARGO_FLAGS)
+TARGET  := $(or $(CARGO_TARGET_DIR),target)
+BUILD   := $(TARGET)/release
+OUT     := out
+JOSTLE  := $(BUILD)/jostle
+DEMO_SEED ?= 1
+
+# Of `make bench`: generated problems, trials of each, seconds a decision.
+BENCH_PROBLEMS ?= 20
+BENCH_TRIALS   ?= 3
+BENCH_SECONDS  ?= 1
+
+HEADERS := $(wildcard include/jostle/*.h include/jostle/*.hpp)
+WARN    := -Wall -Wextra -Werror -pedantic
+
+.PHONY: help setup setup-test build demo test test-rust test-headers test-consumer lint format bench \
+        install uninstall clean
+
+help: ## list the targets
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1|\2/p' $(MAKEFILE_LIST) | awk -F'|' '{ printf "%-22s %s\n", $$1, $$2 }'
+
+setup:
+	@scripts/setup.sh
+
+setup-test:
+	@scripts/setup.sh --test
+
+build: setup ## the library (shared and static) and the command-line tool, in target/release
+	$(CARGO) build $(PROFILE)
+
+demo: build ## plan in C: push a target free and grasp it; then a picture of a plan
+	@mkdir -p $(OUT)
+	$(CC) -std=c11 $(CFLAGS) $(WARN) -Iinclude examples_c/retrieve.c -o $(OUT)/retrieve \
+	    $(BUILD)/libjostle.a -lgcc_s -lutil -lrt -lpthread -lm -ldl -lc
+	$(OUT)/retrieve
+	@rm -rf $(OUT)/demo-scenes
+	$(JOSTLE) generate $(OUT)/demo-scenes --count 1 --seed $(DEMO_SEED)
+	$(JOSTLE) plan $(OUT)/demo-scenes/*.json --iterations 300 --svg $(OUT)/demo.svg
+	@echo "The picture of the plan lies in $(OUT)/demo.svg"
+
+test: setup-test format lint test-rust test-headers test-consumer ## every check
+	@echo "make test: all checks passed"
+
+test-rust: ## unit, integration and documentation tests
+	$(CARGO) test $(PROFILE)
+
+test-headers: ## each header on its own and the README's program, as strict C11 and C++17
+	@set -e; for header in $(HEADERS); do \
+	    case $$header in \
+	        *.h) echo "$$header: C11"; $(CC) -std=c11 $(WARN) -Iinclude -fsyntax-only -x c $$header ;; \
+	    esac; \
+	    echo "$$header: C++17"; $(CXX) -std=c++17 $(WARN) -Iinclude -fsyntax-only -x c++ $$header; \
+	done
+	@echo "README.md: the C program"
+	@sed -n '/^```c$$/,/^```$$/{/^```/!p;}' README.md | $(CC) -std=c11 $(WARN) -Iinclude -fsyntax-only -x c -
+
+test-consumer: build ## programs outside of the repository build against the installed library
+	tests/consumer/run.sh
+
+lint:
+	$(CARGO) clippy $(PROFILE) --all-targets -- -D warnings
+
+format:
+	$(CARGO) fmt --check
+
+bench: build ## figures that need no data from outside (docs/benchmarks.md), into out/*.json
+	@mkdir -p $(OUT)
+	$(JOSTLE) bench push --json $(OUT)/bench-push.json
+	$(JOSTLE) bench search --json $(OUT)/bench-search.json
+	$(JOSTLE) run generated:$(BENCH_PROBLEMS) --planner pmbs --seconds $(BENCH_SECONDS) --trials $(BENCH_TRIALS) \
+	    --json $(OUT)/generated-pmbs.json
+	$(JOSTLE) run generated:$(BENCH_PROBLEMS) --planner mcts --seconds $(BENCH_SECONDS) --trials $(BENCH_TRIALS) \
+	    --json $(OUT)/generated-mcts.json
+	@echo "The reports lie in $(OUT)/"
+
+install: ## library, headers, pkg-config, CMake package and tool, to DESTDIR and PREFIX (/usr/local)
+	@test -e $(BUILD)/libjostle.so || $(MAKE) --no-print-directory build
+	DESTDIR="$(DESTDIR)" PREFIX="$(PREFIX)" LIBDIR="$(LIBDIR)" INCLUDEDIR="$(INCLUDEDIR)" BUILD="$(BUILD)" \
+	    scripts/install.sh install
+
+uninstall: ## remove what install put there
+	DESTDIR="$(DESTDIR)" PREFIX="$(PREFIX)" LIBDIR="$(LIBDIR)" INCLUDEDIR="$(INCLUDEDIR)" \
+	    scripts/install.sh uninstall
+
+clean: ## remove build products and out/
+	$(CARGO) clean
+	rm -rf $(OUT)

@@ -1,0 +1,107 @@
+#!/usr/bin/env bash
+# Installs what is missing to build jostle, and with --test what its tests need. Runs as often as you like: it looks
+# first, and does and prints nothing when all is there.
+#
+#   scripts/setup.sh              C compiler, make
+#   scripts/setup.sh --test       also C++ compiler, pkg-config, cmake; says which optional tools are missing
+#   scripts/setup.sh --optional   also installs the optional tools: valgrind, abigail-tools
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+with_tests=no
+with_optional=no
+for argument in "$@"; do
+    case $argument in
+        --test) with_tests=yes ;;
+        --optional) with_tests=yes with_optional=yes ;;
+        -h | --help) sed -n '2,8s/^# \{0,1\}//p' "$0"; exit 0 ;;
+        *) echo "setup: unknown option $argument; see --help" >&2; exit 2 ;;
+    esac
+done
+
+has() { command -v "$1" >/dev/null 2>&1; }
+say() { echo "setup: $*" >&2; }
+
+# --- system tools -----------------------------------------------------------------------------------------------
+
+packages=()
+need() { # need COMMAND PACKAGE
+    has "$1" || packages+=("$2")
+}
+need cc gcc
+need make make
+if [[ $with_tests == yes ]]; then
+    need c++ g++
+    need pkg-config pkg-config
+    need cmake cmake
+fi
+if [[ $with_optional == yes ]]; then
+    need valgrind valgrind
+    need abidiff abigail-tools
+fi
+# A compiler without the C library's headers cannot build anything; Debian's packages allow that.
+if has cc && has dpkg && [[ ! -e /usr/include/stdio.h ]]; then
+    packages+=(libc6-dev)
+fi
+
+if ((${#packages[@]} > 0)); then
+    if has apt-get; then
+        root=()
+        if ((EUID != 0)); then
+            if ! has sudo; then
+                say "missing: ${packages[*]}. Neither root nor sudo here; as root run: apt-get install ${packages[*]}"
+                exit 1
+            fi
+            root=(sudo)
+        fi
+        say "installing ${packages[*]}"
+        install=("${root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends)
+        # The package lists may be absent or old; fetch them only if the first try fails.
+        if ! "${install[@]}" "${packages[@]}" </dev/null >/dev/null 2>&1; then
+            "${root[@]}" apt-get update -q </dev/null >/dev/null
+            "${install[@]}" "${packages[@]}" </dev/null >&2
+        fi
+    else
+        say "missing: ${packages[*]} (Debian's names). Install them with your system's package manager, then run again."
+        # Without a compiler nothing can be built; without the rest some tests are skipped.
+        has cc && has make || exit 1
+    fi
+fi
+
+if [[ $with_tests == yes && $with_optional == no ]]; then
+    missing=()
+    has valgrind || missing+=(valgrind)
+    has abidiff || missing+=(abigail-tools)
+    if ((${#missing[@]} > 0)); then
+        say "optional, missing: ${missing[*]}; the checks that need them are skipped (scripts/setup.sh --optional)"
+    fi
+fi
+
+# --- Rust -------------------------------------------------------------------------------------------------------
+
+wanted=$(sed -n 's/^rust-version *= *"\(.*\)".*/\1/p' Cargo.toml)
+if ! has cargo && [[ -x ${CARGO_HOME:-$HOME/.cargo}/bin/cargo ]]; then
+    PATH=${CARGO_HOME:-$HOME/.cargo}/bin:$PATH
+fi
+if ! has cargo || ! has rustc; then
+    say "no Rust toolchain found. Install Rust $wanted or newer (rustup, or your system's packages), then run again."
+    exit 1
+fi
+# `rustc 1.95.0 (...)`, `rustc 1.96.0-nightly (...)`
+version=$(rustc --version)
+found=${version#rustc }
+found=${found%%[ -]*}
+older() { # older A B: whether version A lies before B
+    local -a a b
+    IFS=. read -ra a <<<"$1"
+    IFS=. read -ra b <<<"$2"
+    local i
+    for i in 0 1 2; do
+        ((10#${a[i]:-0} == 10#${b[i]:-0})) || { ((10#${a[i]:-0} < 10#${b[i]:-0})); return; }
+    done
+    return 1
+}
+if older "$found" "$wanted"; then
+    say "Rust $found is too old; jostle needs $wanted or newer. With rustup: rustup update stable"
+    exit 1
+fi

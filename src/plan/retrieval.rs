@@ -1,0 +1,155 @@
+//! Target retrieval as a search domain: states of the scene, pushes between them, a grasp of the target at the end.
+
+use std::any::Any;
+use std::sync::Arc;
+
+use crate::action::{Push, PushSampler, SamplerScratch};
+use crate::geom::normalize_angle;
+use crate::grasp::{GraspAssessment, Scorer};
+use crate::physics::{PushJob, PushResult, PushStatus, Scratch as EngineScratch, Transition};
+use crate::run::{Key, Stop};
+use crate::scene::{Scene, State};
+use crate::search::{Candidate, Domain, Job, Outcome, Status};
+
+/// What a state is worth: `shaping * q + [q >= solved]`, with `q` the scorer's judgement in [0, 1]
+/// (MORE: delta = 0.2; PMBS, published code: 0.1).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reward {
+    /// Weight of the judgement itself: tells good pushes from bad ones before a grasp is in sight.
+    pub shaping: f64,
+    /// A state whose grasp scores at least this is a solution.
+    pub solved_score: f64,
+}
+
+/// A push that moves no body by more than this (metres; radians) is dropped: it leads back to where it began.
+const IDLE: (f64, f64) = (0.002, 0.035);
+
+/// The parts of a retrieval planner, prepared for one scene and target.
+pub struct Retrieval {
+    pub scene: Arc<Scene>,
+    pub target: usize,
+    pub engine: Arc<dyn Transition>,
+    pub sampler: Box<dyn PushSampler>,
+    pub scorer: Box<dyn Scorer>,
+    pub reward: Reward,
+}
+
+/// Working memory of one worker.
+pub struct Scratch {
+    engine: EngineScratch,
+    scorer: Box<dyn Any + Send>,
+    sampler: SamplerScratch,
+    results: Vec<PushResult>,
+    pushes: Vec<Push>,
+}
+
+impl Retrieval {
+    pub fn new_scratch(&self) -> Scratch {
+        Scratch {
+            engine: self.engine.scratch(),
+            scorer: self.scorer.scratch(),
+            sampler: SamplerScratch::default(),
+            results: Vec::new(),
+            pushes: Vec::new(),
+        }
+    }
+
+    /// What the scorer says of a state.
+    pub fn assess(&self, scratch: &mut Scratch, state: &State) -> GraspAssessment {
+        let mut out = [GraspAssessment::default()];
+        self.scorer.assess(scratch.scorer.as_mut(), &self.scene, &[state], self.target, &mut out);
+        out[0]
+    }
+
+    /// Value, terminal flag and actions of `out.state`.
+    fn judge(&self, scratch: &mut Scratch, key: Key, previous: Option<&Push>, out: &mut Outcome<Self>) {
+        let assessment = self.assess(scratch, &out.state);
+        let solved = assessment.grasp.is_some() && assessment.score >= self.reward.solved_score;
+        let quality = if assessment.grasp.is_some() { assessment.score } else { 0.0 };
+        // Without a grasp the nearness ranks states below every graspable one.
+        let judged = if assessment.grasp.is_some() {
+            0.5 + 0.5 * quality
+        } else {
+            0.5 * assessment.nearness
+        };
+        out.value = self.reward.shaping * judged + if solved { 1.0 } else { 0.0 };
+        out.quality = quality;
+        out.terminal = solved;
+        out.status = Status::Legal;
+        if solved {
+            return;
+        }
+        let mut order = key.stream();
+        scratch.pushes.clear();
+        self.sampler.sample(
+            &self.scene,
+            &out.state,
+            self.target,
+            previous,
+            &mut order,
+            &mut scratch.sampler,
+            &mut scratch.pushes,
+        );
+        out.candidates.extend(scratch.pushes.iter().map(|push| Candidate::new(*push)));
+    }
+
+    /// No body that counts has left the workspace, and something moved.
+    fn useful(&self, before: &State, result: &PushResult) -> bool {
+        let rule = self.scene.workspace().leave_scope;
+        let left = match rule {
+            crate::scene::LeaveScope::AllBodies => !result.left.is_empty(),
+            crate::scene::LeaveScope::TargetOnly => result.left.contains(self.target),
+        };
+        !left
+            && before.iter().any(|(i, a)| {
+                let b = result.state.pose(i);
+                (a.position() - b.position()).norm_squared() > IDLE.0 * IDLE.0
+                    || normalize_angle(a.theta - b.theta).abs() > IDLE.1
+            })
+    }
+}
+
+impl Domain for Retrieval {
+    type State = State;
+    type Action = Push;
+    type Scratch = Scratch;
+
+    fn scratch(&self) -> Scratch {
+        self.new_scratch()
+    }
+
+    fn root(&self, scratch: &mut Scratch, _: &State, key: Key, out: &mut Outcome<Self>) {
+        self.judge(scratch, key, None, out);
+    }
+
+    fn step(&self, scratch: &mut Scratch, jobs: &mut [Job<Self>], stop: &Stop) {
+        let mut results = std::mem::take(&mut scratch.results);
+        results.resize_with(jobs.len().max(results.len()), PushResult::default);
+        if let [job] = &*jobs {
+            let one = [PushJob { state: &job.from, push: job.action }];
+            self.engine.step_batch(&mut scratch.engine, &one, &mut results[..1], stop);
+        } else {
+            let batch: Vec<PushJob> = jobs.iter().map(|j| PushJob { state: &j.from, push: j.action }).collect();
+            self.engine.step_batch(&mut scratch.engine, &batch, &mut results[..jobs.len()], stop);
+        }
+        for (job, result) in jobs.iter_mut().zip(&mut results) {
+            match result.status {
+                PushStatus::Executed if self.useful(&job.from, result) => {
+                    std::mem::swap(&mut job.outcome.state, &mut result.state);
+                    self.judge(scratch, job.key, Some(&job.action), &mut job.outcome);
+                }
+                PushStatus::Executed | PushStatus::Illegal { .. } => job.outcome.status = Status::Illegal,
+                PushStatus::Interrupted => job.outcome.status = Status::Interrupted,
+            }
+        }
+        scratch.results = results;
+    }
+
+    fn group_size(&self) -> usize {
+        self.engine.batch_size()
+    }
+
+    fn state_bytes(&self) -> usize {
+        size_of::<State>() + self.scene.len() * size_of::<crate::scene::BodyPose>()
+    }
+}

@@ -1,0 +1,407 @@
+//! Scene files: a [`Problem`] as JSON. `docs/scene-format.md` documents the format.
+//!
+//! What is written is read back bit for bit. Reading refuses unknown fields, and every error names the field and
+//! where it stands.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use serde::{Deserialize, Deserializer, Serialize, de};
+
+use super::body::BodyDef;
+use super::gripper::Gripper;
+use super::json::{one_line, path_at, place_of};
+use super::library;
+use super::state::{BodyPose, State};
+use super::workspace::Workspace;
+use super::world::{Friction, Problem, Scene, SceneBuilder};
+use crate::error::{Error, Result};
+use crate::geom::{Pose2, Shape};
+
+/// The version of the format that this library writes, and the only one it reads.
+pub const SCENE_VERSION: u64 = 1;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, expecting = "an object with `version`, `bodies` and `target`")]
+struct SceneFile {
+    #[serde(rename = "version")]
+    _version: u64,
+    #[serde(default)]
+    name: String,
+    bodies: Vec<BodyEntry>,
+    target: TargetEntry,
+    #[serde(default)]
+    gripper: GripperEntry,
+    #[serde(default)]
+    workspace: Workspace,
+    #[serde(default)]
+    friction: Friction,
+    overlap_tolerance: Option<f64>,
+}
+
+/// A body: its shape given or taken from the library, what differs from the defaults, and its pose.
+#[derive(Deserialize, Serialize, Default)]
+#[serde(deny_unknown_fields)]
+struct BodyEntry {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    name: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    block: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    shape: Option<Shape>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    height: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mass: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    friction: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pickable: Option<bool>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pushable: Option<bool>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    centre_of_mass: Option<[f64; 2]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    inertia: Option<f64>,
+    pose: Pose2,
+    #[serde(default = "yes", skip_serializing_if = "is_true")]
+    present: bool,
+}
+
+fn yes() -> bool {
+    true
+}
+
+fn is_true(value: &bool) -> bool {
+    *value
+}
+
+impl BodyEntry {
+    fn def(&self, index: usize) -> Result<BodyDef> {
+        let field = format!("bodies[{index}]");
+        let (mut def, default_name) = match (&self.block, &self.shape) {
+            (Some(block), None) => {
+                let def = library::block(block).map_err(|e| e.within(&field))?;
+                (def, format!("{} {index}", library::canonical(block)?))
+            }
+            (None, Some(shape)) => (BodyDef::new(shape.clone()), String::new()),
+            (Some(_), Some(_)) => return Err(Error::argument(field, "has a `block` and a `shape`; give one of them")),
+            (None, None) => {
+                return Err(Error::argument(field, "has neither a `block` nor a `shape`; give one of them"));
+            }
+        };
+        def.name = self.name.clone().unwrap_or(default_name);
+        def.height = self.height.unwrap_or(def.height);
+        def.mass = self.mass.unwrap_or(def.mass);
+        def.friction = self.friction.unwrap_or(def.friction);
+        def.pickable = self.pickable.unwrap_or(def.pickable);
+        def.pushable = self.pushable.unwrap_or(def.pushable);
+        def.centre_of_mass = self.centre_of_mass;
+        def.inertia = self.inertia;
+        Ok(def)
+    }
+
+    /// The shortest entry that gives this body again.
+    fn new(def: BodyDef, pose: Pose2, present: bool) -> BodyEntry {
+        let block = library::BLOCKS.into_iter().find_map(|name| {
+            let block = library::block(name).ok()?;
+            (block.shape == def.shape).then_some((name, block))
+        });
+        let (block, shape, base) = match block {
+            Some((name, base)) => (Some(name.to_owned()), None, base),
+            None => (None, Some(def.shape.clone()), BodyDef::new(def.shape)),
+        };
+        BodyEntry {
+            name: Some(def.name),
+            block,
+            shape,
+            height: (def.height != base.height).then_some(def.height),
+            mass: (def.mass != base.mass).then_some(def.mass),
+            friction: (def.friction != base.friction).then_some(def.friction),
+            pickable: (def.pickable != base.pickable).then_some(def.pickable),
+            pushable: (def.pushable != base.pushable).then_some(def.pushable),
+            centre_of_mass: def.centre_of_mass,
+            inertia: def.inertia,
+            pose,
+            present,
+        }
+    }
+}
+
+/// The target by name or by index.
+enum TargetEntry {
+    Name(String),
+    Index(usize),
+}
+
+impl<'de> Deserialize<'de> for TargetEntry {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
+        struct Visitor;
+        impl de::Visitor<'_> for Visitor {
+            type Value = TargetEntry;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("the name or the index of a body")
+            }
+
+            fn visit_str<E: de::Error>(self, name: &str) -> std::result::Result<TargetEntry, E> {
+                Ok(TargetEntry::Name(name.to_owned()))
+            }
+
+            fn visit_u64<E: de::Error>(self, index: u64) -> std::result::Result<TargetEntry, E> {
+                // An index too large for the machine is too large for any scene.
+                Ok(TargetEntry::Index(usize::try_from(index).unwrap_or(usize::MAX)))
+            }
+        }
+        deserializer.deserialize_any(Visitor)
+    }
+}
+
+/// A gripper of the library by name, or all its measures.
+enum GripperEntry {
+    Name(String),
+    Full(Gripper),
+}
+
+impl Default for GripperEntry {
+    fn default() -> Self {
+        GripperEntry::Full(Gripper::default())
+    }
+}
+
+impl<'de> Deserialize<'de> for GripperEntry {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
+        struct Visitor;
+        impl<'de> de::Visitor<'de> for Visitor {
+            type Value = GripperEntry;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("the name of a gripper or an object of its measures")
+            }
+
+            fn visit_str<E: de::Error>(self, name: &str) -> std::result::Result<GripperEntry, E> {
+                Ok(GripperEntry::Name(name.to_owned()))
+            }
+
+            fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> std::result::Result<GripperEntry, A::Error> {
+                Gripper::deserialize(de::value::MapAccessDeserializer::new(map)).map(GripperEntry::Full)
+            }
+        }
+        deserializer.deserialize_any(Visitor)
+    }
+}
+
+impl SceneFile {
+    fn problem(self) -> Result<Problem> {
+        let mut builder = SceneBuilder::new();
+        let mut state = State::new(self.bodies.iter().map(|b| b.pose));
+        for (i, body) in self.bodies.iter().enumerate() {
+            // A state stores single precision, which an absurdly large number does not fit.
+            if !state.pose(i).is_finite() {
+                return Err(Error::argument(format!("bodies[{i}].pose"), "is too large"));
+            }
+            builder.add_body(body.def(i)?)?;
+            if !body.present {
+                state.set_present(i, false);
+            }
+        }
+        builder.workspace(self.workspace).friction(self.friction);
+        builder.gripper(match self.gripper {
+            GripperEntry::Name(name) => Gripper::by_name(&name)?,
+            GripperEntry::Full(gripper) => gripper,
+        });
+        if let Some(tolerance) = self.overlap_tolerance {
+            builder.overlap_tolerance(tolerance);
+        }
+        let scene = builder.build()?;
+        let target = match self.target {
+            TargetEntry::Index(index) => index,
+            TargetEntry::Name(name) => scene.find(&name).ok_or_else(|| {
+                let known: Vec<_> = scene.bodies().iter().map(|b| b.name.as_str()).collect();
+                Error::not_found("target", format!("no body is named `{name}`; the bodies are {}", known.join(", ")))
+            })?,
+        };
+        Problem::new(self.name, Arc::new(scene), state, target)
+    }
+}
+
+/// What every version of the format has.
+#[derive(Deserialize)]
+#[serde(expecting = "an object with `version`, `bodies` and `target`")]
+struct Versioned {
+    version: Option<u64>,
+}
+
+/// A parser's complaint with the path of the field.
+fn parse<'de, T: Deserialize<'de>>(text: &'de str) -> Result<T> {
+    serde_json::from_str(text).map_err(|e| {
+        let path = path_at(text, e.line(), e.column());
+        let mut reason = e.to_string();
+        // serde_json says the place at the end; here it is said as everywhere else.
+        if let Some(cut) = reason.rfind(" at line ") {
+            reason.truncate(cut);
+        }
+        let field = if path.is_empty() { "scene".to_owned() } else { path };
+        Error::argument(field, format!("{reason} (line {}, column {})", e.line(), e.column()))
+    })
+}
+
+/// Adds to an error about a field where in the text it stands.
+fn located(text: &str, error: Error) -> Error {
+    let place = |field: String, reason: String| {
+        // The state's poses are written with the bodies.
+        let field = match field.strip_prefix("poses[").and_then(|rest| rest.split_once(']')) {
+            Some((index, rest)) => format!("bodies[{index}].pose{rest}"),
+            None => field,
+        };
+        match place_of(text, &field) {
+            Some((line, column)) => (field, format!("{reason} (line {line}, column {column})")),
+            None => (field, reason),
+        }
+    };
+    match error {
+        Error::Argument { field, reason } => {
+            let (field, reason) = place(field, reason);
+            Error::Argument { field, reason }
+        }
+        Error::NotFound { field, reason } => {
+            let (field, reason) = place(field, reason);
+            Error::NotFound { field, reason }
+        }
+        other => other,
+    }
+}
+
+/// A pose whose numbers are the shortest that give the stored ones again.
+fn short_pose(pose: &BodyPose) -> Pose2 {
+    let short = |stored: f32| {
+        // The shortest decimal for single precision, unless rounding it twice on the way back would go wrong.
+        let decimal = stored.to_string().parse::<f64>().unwrap_or(f64::from(stored));
+        if decimal as f32 == stored { decimal } else { f64::from(stored) }
+    };
+    Pose2::new(short(pose.x), short(pose.y), short(pose.theta))
+}
+
+fn check_finite(state: &State) -> Result<()> {
+    for (i, pose) in state.poses().iter().enumerate() {
+        if !Pose2::from(*pose).is_finite() {
+            return Err(Error::argument(format!("poses[{i}]"), "is not finite and cannot be written"));
+        }
+    }
+    Ok(())
+}
+
+/// A value on one line.
+fn json<T: Serialize + ?Sized>(value: &T) -> Result<String> {
+    one_line(value).map_err(|e| Error::Internal(format!("a scene could not be written as JSON: {e}")))
+}
+
+/// The bodies of a scene with their poses, one a line.
+fn body_lines(scene: &Scene, state: &State) -> Result<String> {
+    let lines: Result<Vec<String>> = scene
+        .bodies()
+        .iter()
+        .zip(state.poses())
+        .enumerate()
+        .map(|(i, (body, pose))| {
+            let entry = BodyEntry::new(body.def(), short_pose(pose), state.is_present(i));
+            Ok(format!("    {}", json(&entry)?))
+        })
+        .collect();
+    Ok(lines?.join(",\n"))
+}
+
+impl Problem {
+    /// Reads a scene file. A file that gives no name is named after itself.
+    pub fn read(path: impl AsRef<Path>) -> Result<Problem> {
+        let path = path.as_ref();
+        let text = std::fs::read_to_string(path).map_err(|e| Error::io(path, e))?;
+        let mut problem = Problem::from_json(&text).map_err(|e| Error::format(path, e))?;
+        if problem.name.is_empty() {
+            problem.name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+        }
+        Ok(problem)
+    }
+
+    /// Writes a scene file; what is read back is equal bit for bit.
+    pub fn write(&self, path: impl AsRef<Path>) -> Result<()> {
+        let path = path.as_ref();
+        std::fs::write(path, self.to_json()?).map_err(|e| Error::io(path, e))
+    }
+
+    /// Reads the text of a scene file. Errors name the field, and the line and column where it stands.
+    pub fn from_json(text: &str) -> Result<Problem> {
+        let version = match parse::<Versioned>(text)?.version {
+            Some(SCENE_VERSION) => None,
+            Some(other) => Some(format!("is {other}; this library reads version {SCENE_VERSION}")),
+            None => Some(format!("is missing; write `\"version\": {SCENE_VERSION}`")),
+        };
+        if let Some(reason) = version {
+            return Err(located(text, Error::argument("version", reason)));
+        }
+        parse::<SceneFile>(text)?.problem().map_err(|e| located(text, e))
+    }
+
+    /// The text of a scene file.
+    pub fn to_json(&self) -> Result<String> {
+        check_finite(&self.state)?;
+        let scene = &self.scene;
+        let gripper = match Gripper::by_name(&scene.gripper().name) {
+            Ok(known) if known == *scene.gripper() => json(&known.name)?,
+            _ => json(scene.gripper())?,
+        };
+        Ok(format!(
+            "{{\n  \"version\": {SCENE_VERSION},\n  \"name\": {},\n  \"bodies\": [\n{}\n  ],\n  \"target\": {},\n  \
+             \"gripper\": {gripper},\n  \"workspace\": {},\n  \"friction\": {},\n  \"overlap_tolerance\": {}\n}}\n",
+            json(&self.name)?,
+            body_lines(scene, &self.state)?,
+            json(&scene.body(self.target).name)?,
+            json(scene.workspace())?,
+            json(scene.friction())?,
+            json(&scene.overlap_tolerance())?,
+        ))
+    }
+
+    /// The same problem with the bodies observed anew: a pose for each, `None` for a body that is not there any more
+    /// (its last pose is kept).
+    pub fn with_poses(&self, poses: &[Option<Pose2>]) -> Result<Problem> {
+        if poses.len() != self.scene.len() {
+            let reason = format!("has {} poses for {} bodies; give one for each", poses.len(), self.scene.len());
+            return Err(Error::argument("poses", reason));
+        }
+        let mut state = self.state.clone();
+        for (i, pose) in poses.iter().enumerate() {
+            state.set_present(i, pose.is_some());
+            if let Some(pose) = pose {
+                state.set_pose(i, *pose);
+            }
+        }
+        Problem::new(self.name.clone(), self.scene.clone(), state, self.target)
+    }
+
+    /// [`with_poses`](Self::with_poses) from JSON: `[{"x": 0.5, "y": 0, "theta": 0}, null, ...]`.
+    pub fn with_poses_json(&self, text: &str) -> Result<Problem> {
+        let poses: Vec<Option<Pose2>> = parse(text).map_err(|e| match e {
+            Error::Argument { field, reason } if field.starts_with('[') => {
+                Error::Argument { field: format!("poses{field}"), reason }
+            }
+            Error::Argument { reason, .. } => Error::argument("poses", reason),
+            other => other,
+        })?;
+        self.with_poses(&poses)
+    }
+}
+
+impl State {
+    /// The poses as [`Problem::with_poses_json`] reads them: `null` for a body that is not present.
+    pub fn to_json(&self) -> Result<String> {
+        check_finite(self)?;
+        let poses: Vec<Option<Pose2>> =
+            self.poses().iter().enumerate().map(|(i, p)| self.is_present(i).then(|| short_pose(p))).collect();
+        json(&poses)
+    }
+}
+
+#[cfg(test)]
+#[path = "file_tests.rs"]
+mod tests;

@@ -1,0 +1,107 @@
+//! The search's bookkeeping allocates nothing once its memory has grown, and costs little time.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+use jostle::{run, search};
+
+#[path = "../src/search/toy.rs"]
+#[allow(dead_code)]
+mod toy;
+
+use run::{Budget, Pool, Stop};
+use search::{EarlyStop, Params, Run, Tree};
+use toy::Toy;
+
+thread_local! {
+    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
+}
+
+/// Counts the allocations of each thread.
+struct Counting;
+
+// SAFETY: everything is passed on to the system's allocator.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn realloc(&self, memory: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
+        unsafe { System.realloc(memory, layout, size) }
+    }
+
+    unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
+        unsafe { System.dealloc(memory, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// Searches several times with one tree and returns the allocations of the last time.
+fn allocations(params: &Params, advance: bool) -> u64 {
+    // The toy's own lists live in the outcomes of the jobs, so a second search finds them as they were.
+    let toy = Toy { branching: 12, solutions: 0.0, ..Toy::default() };
+    let pool = Pool::inline();
+    let mut tree = Tree::new();
+    let mut counted = 0;
+    for _ in 0..3 {
+        let stop = Stop::never();
+        let run = Run { pool: &pool, stop: &stop, budget: Budget::iterations(300), progress: None };
+        let before = ALLOCATIONS.get();
+        let report = tree.search(&toy, &toy.start(), params, 5, &run).unwrap();
+        assert_eq!(report.iterations, 300);
+        if advance {
+            assert!(tree.advance(report.best_action.unwrap()));
+            tree.resume(&toy, params, &run).unwrap();
+        }
+        counted = ALLOCATIONS.get() - before;
+    }
+    counted
+}
+
+#[test]
+fn a_second_search_allocates_nothing() {
+    for lanes in [1, 16] {
+        let pmbs = Params { early_stop: EarlyStop::Never, ..Params::pmbs(lanes) };
+        for params in [Params { lanes, ..Params::vft() }, pmbs, Params { reuse_rollouts: false, ..pmbs }] {
+            assert_eq!(allocations(&params, false), 0, "{params:?}");
+            assert_eq!(allocations(&params, true), 0, "{params:?}");
+        }
+    }
+}
+
+/// `cargo test --release --test search_memory -- --ignored --nocapture`
+#[test]
+#[ignore = "a measurement"]
+fn bookkeeping_per_simulation() {
+    let toy = Toy { branching: 60, solutions: 0.0, ..Toy::default() };
+    let pool = Pool::inline();
+    let mut tree = Tree::new();
+    for (name, params, iterations) in [
+        ("vft", Params::vft(), 150),
+        ("vft", Params::vft(), 20_000),
+        ("mcts", Params::mcts(), 20_000),
+        ("pmbs(1)", Params::pmbs(1), 20_000),
+        ("pmbs(64)", Params::pmbs(64), 20_000),
+        ("pmbs(1000)", Params::pmbs(1000), 100_000),
+    ] {
+        for _ in 0..2 {
+            let stop = Stop::never();
+            let run = Run { pool: &pool, stop: &stop, budget: Budget::iterations(iterations), progress: None };
+            let report = tree.search(&toy, &toy.start(), &params, 5, &run).unwrap();
+            let own = (report.time - report.step_time).as_secs_f64() * 1e6;
+            println!(
+                "{name} {iterations} iterations: {} simulations, {:.2} us each in the toy, {:.2} us each in the search, {} nodes, {} stored, {} bytes",
+                report.simulations,
+                report.step_time.as_secs_f64() * 1e6 / report.simulations as f64,
+                own / report.simulations as f64,
+                report.nodes,
+                report.stored,
+                report.bytes,
+            );
+        }
+    }
+}
