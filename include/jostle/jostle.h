@@ -864,43 +864,6 @@ jostle_status jostle_scene_best_grasp(const struct jostle_scene *scene,
                                       struct jostle_grasp *grasp,
                                       uint32_t *found);
 
-/// Reads a problem's file (JSON): the scene, and the body to retrieve.
-///
-/// Thread: any.
-/// RT: no.
-/// Nullable: none.
-/// Owns: the caller owns *scene and frees it with jostle_scene_free.
-/// Errors: ARGUMENT (null, not UTF-8, a field of the file), HANDLE, NOT_FOUND, UNSUPPORTED, IO, FORMAT, MEMORY.
-jostle_status jostle_scene_read(const struct jostle_context *context,
-                                const char *path,
-                                struct jostle_scene **scene,
-                                struct jostle_body *target);
-
-/// Writes the problem of retrieving `target` as a file (JSON) that jostle_scene_read and the command-line tool read.
-///
-/// Thread: shared use of scene.
-/// RT: no.
-/// Nullable: none.
-/// Owns: nothing.
-/// Errors: ARGUMENT (null, not UTF-8, zero target, absent target, bodies that overlap), HANDLE, BUSY, NOT_FOUND,
-/// UNSUPPORTED, IO, POISONED.
-jostle_status jostle_scene_write(const struct jostle_scene *scene,
-                                 struct jostle_body target,
-                                 const char *path);
-
-/// Makes a random cluttered scene of `bodies` bodies and picks the one to retrieve; the same numbers make the same scene.
-///
-/// Thread: any.
-/// RT: no.
-/// Nullable: none.
-/// Owns: the caller owns *scene and frees it with jostle_scene_free.
-/// Errors: ARGUMENT (null, bodies out of range), HANDLE, STATE (no such scene was found), UNSUPPORTED, MEMORY.
-jostle_status jostle_scene_generate(const struct jostle_context *context,
-                                    uint64_t seed,
-                                    size_t bodies,
-                                    struct jostle_scene **scene,
-                                    struct jostle_body *target);
-
 /// Sets every field to the gripper robotiq_2f85; `size` is sizeof(jostle_gripper) as the caller was compiled.
 /// jostle_gripper_default() in this header does it for you.
 ///
@@ -1003,6 +966,45 @@ jostle_status jostle_scene_get_friction(const struct jostle_scene *scene,
 /// Owns: nothing.
 /// Errors: ARGUMENT (not finite, out of 0..0.05), HANDLE, BUSY, POISONED.
 jostle_status jostle_scene_set_overlap_tolerance(struct jostle_scene *scene, double metres);
+
+/// Reads a problem's file (JSON, see docs/scene-format.md): the scene, and the body to retrieve.
+///
+/// Thread: any.
+/// RT: no.
+/// Nullable: none.
+/// Owns: the caller owns *scene and frees it with jostle_scene_free.
+/// Errors: ARGUMENT (null, not UTF-8), HANDLE, IO, FORMAT (the message names the field and its line), MEMORY.
+jostle_status jostle_scene_read(const struct jostle_context *context,
+                                const char *path,
+                                struct jostle_scene **scene,
+                                struct jostle_body *target);
+
+/// Writes the problem of retrieving `target` as a file (JSON) that jostle_scene_read and the command-line tool read.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null, not UTF-8, zero target, absent target, bodies that overlap), HANDLE, BUSY, NOT_FOUND (target),
+/// IO, POISONED.
+jostle_status jostle_scene_write(const struct jostle_scene *scene,
+                                 struct jostle_body target,
+                                 const char *path);
+
+/// Makes a random packed scene of `bodies` blocks and picks the one to retrieve. The same seed, index and number make
+/// the same scene.
+///
+/// Thread: any.
+/// RT: no.
+/// Nullable: none.
+/// Owns: the caller owns *scene and frees it with jostle_scene_free.
+/// Errors: ARGUMENT (null, bodies out of range or more than find room), HANDLE, MEMORY.
+jostle_status jostle_scene_generate(const struct jostle_context *context,
+                                    uint64_t seed,
+                                    uint64_t index,
+                                    size_t bodies,
+                                    struct jostle_scene **scene,
+                                    struct jostle_body *target);
 
 /// Makes a flag that is not triggered.
 ///

@@ -169,11 +169,11 @@ unsafe fn fill_sized<T: Sized32>(pointer: *mut T, size: usize, value: &T) {
 ///
 /// # Safety
 /// `pointer` is null or points to `size` writable bytes.
-pub(super) unsafe fn init_sized<T: Sized32>(pointer: *mut T, size: usize) -> Outcome {
+pub(super) unsafe fn init_sized<T: Sized32>(pointer: *mut T, field: &str, size: usize) -> Outcome {
     if pointer.is_null() {
-        return Err(Failure::null("options"));
+        return Err(Failure::null(field));
     }
-    aligned(pointer, "options")?;
+    aligned(pointer, field)?;
     if !(T::FIRST_SIZE..=GREATEST_SIZE).contains(&size) || !size.is_multiple_of(align_of::<T>()) {
         return Err(Failure::argument("size", format!("is {size}; pass sizeof of {}", T::NAME)));
     }
@@ -267,6 +267,9 @@ pub(super) unsafe fn fill<T: Copy>(buffer: *mut T, capacity: usize, count: *mut 
 pub(super) unsafe fn fill_text(buffer: *mut c_char, capacity: usize, count: *mut usize, text: &str) -> Outcome {
     let text = CString::new(text.replace('\0', "?")).unwrap_or_default();
     let chars: Vec<c_char> = text.as_bytes_with_nul().iter().map(|&byte| byte as c_char).collect();
+    if count.is_null() {
+        return Err(Failure::null("length"));
+    }
     // SAFETY: as promised by the caller.
     unsafe { fill(buffer, capacity, count, &chars) }
 }
@@ -392,7 +395,7 @@ mod tests {
         assert_eq!((new.a, new.b), (7, 2.5));
         let mut pair = Aligned([Old { struct_size: 8, a: 0 }, Old { struct_size: 5, a: 6 }]);
         // SAFETY: 8 bytes are the first element.
-        unsafe { init_sized::<New>((&raw mut pair).cast(), 8) }.unwrap();
+        unsafe { init_sized::<New>((&raw mut pair).cast(), "o", 8) }.unwrap();
         assert_eq!(pair.0, [Old { struct_size: 8, a: 1 }, Old { struct_size: 5, a: 6 }]);
         // SAFETY: `struct_size` is true.
         unsafe { write_sized((&raw mut pair).cast(), "o", &New { struct_size: 0, a: 3, b: 4.0 }) }.unwrap();
@@ -408,7 +411,7 @@ mod tests {
         let failure = unsafe { read_sized::<New>((&raw const newer).cast(), "o") }.unwrap_err();
         assert_eq!(failure.status, JOSTLE_ERROR_ABI);
         assert!(failure.message.starts_with("o: byte 22 is set"), "{}", failure.message);
-        unsafe { init_sized::<New>((&raw mut newer).cast(), 24) }.unwrap();
+        unsafe { init_sized::<New>((&raw mut newer).cast(), "o", 24) }.unwrap();
         assert_eq!((newer.0[0], newer.0[1], newer.0[4], newer.0[5]), (24, 1, 0, 0));
     }
 

@@ -125,7 +125,7 @@ unsafe impl Sized32 for jostle_body_def {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn jostle_body_def_init(def: *mut jostle_body_def, size: usize) -> jostle_status {
     // SAFETY: the caller promises `size` writable bytes.
-    guard("jostle_body_def_init", |_| unsafe { init_sized(def, size) })
+    guard("jostle_body_def_init", |_| unsafe { init_sized(def, "def", size) })
 }
 
 /// A body that was checked.

@@ -73,7 +73,7 @@ pub(super) const MAX_THREADS: u32 = 1024;
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn jostle_context_options_init(options: *mut jostle_context_options, size: usize) -> jostle_status {
     // SAFETY: the caller promises `size` writable bytes.
-    guard("jostle_context_options_init", |_| unsafe { init_sized(options, size) })
+    guard("jostle_context_options_init", |_| unsafe { init_sized(options, "options", size) })
 }
 
 /// Makes a context.

@@ -10,7 +10,8 @@
 //! | `abi` | sized structs, strings, arrays, outputs |
 //! | `status`, `log`, `version` | status codes, log messages, versions and features |
 //! | `context`, `scene`, `body`, `planner`, `job`, `plan`, `cancel`, `progress`, `simulator` | one noun each |
-//! | `options`, `action` | plain structs that several nouns share |
+//! | `options`, `scene_file` | more of scenes: gripper, workspace, friction; files and the generator |
+//! | `action` | actions, which plans and simulators share |
 
 #![allow(non_camel_case_types)]
 // What a caller has to keep is the header's `Thread`, `Nullable` and `Owns` lines, the same for every function.
@@ -30,6 +31,7 @@ pub mod plan;
 pub mod planner;
 pub mod progress;
 pub mod scene;
+pub mod scene_file;
 pub mod simulator;
 pub mod status;
 pub mod version;

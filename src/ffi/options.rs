@@ -82,7 +82,7 @@ unsafe impl Sized32 for jostle_gripper {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn jostle_gripper_init(gripper: *mut jostle_gripper, size: usize) -> jostle_status {
     // SAFETY: the caller promises `size` writable bytes.
-    guard("jostle_gripper_init", |_| unsafe { init_sized(gripper, size) })
+    guard("jostle_gripper_init", |_| unsafe { init_sized(gripper, "gripper", size) })
 }
 
 /// The measures of a gripper of the library: "robotiq_2f85" or "dissertation_mask".
@@ -235,7 +235,7 @@ unsafe impl Sized32 for jostle_workspace {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn jostle_workspace_init(workspace: *mut jostle_workspace, size: usize) -> jostle_status {
     // SAFETY: the caller promises `size` writable bytes.
-    guard("jostle_workspace_init", |_| unsafe { init_sized(workspace, size) })
+    guard("jostle_workspace_init", |_| unsafe { init_sized(workspace, "workspace", size) })
 }
 
 /// Sets the rectangle that bodies must not leave, and the rule.

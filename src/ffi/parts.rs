@@ -1,6 +1,5 @@
 //! What the C API needs of the library and the library does not offer yet: answered with "unsupported", never left out.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use crate::action::{Action, Grasp};
@@ -11,23 +10,6 @@ use crate::scene::{Problem, Scene, State};
 
 fn absent<T>(what: &str) -> Result<T> {
     Err(Error::Unsupported(format!("{what} is not part of this build; see jostle_feature()")))
-}
-
-/// A problem's file.
-pub(super) fn read_problem(path: &Path) -> Result<Problem> {
-    let _ = path;
-    absent("reading scene files")
-}
-
-pub(super) fn write_problem(problem: &Problem, path: &Path) -> Result<()> {
-    let _ = (problem, path);
-    absent("writing scene files")
-}
-
-/// A random problem.
-pub(super) fn generate(seed: u64, bodies: usize) -> Result<Problem> {
-    let _ = (seed, bodies);
-    absent("generating scenes")
 }
 
 /// The best grasp of a body, if it has one.

@@ -276,9 +276,11 @@ pub unsafe extern "C" fn jostle_plan_predicted(
     count: *mut usize,
 ) -> jostle_status {
     with("jostle_plan_predicted", plan, |plan| {
-        let poses = plan.bodies.poses(&plan.step(index)?.predicted);
-        // SAFETY: the caller promises room for `capacity` poses.
-        unsafe { fill(buffer, capacity, count, &poses) }
+        // SAFETY: the caller promises a writable place, and room for `capacity` poses.
+        unsafe {
+            out(count, "count")?;
+            fill(buffer, capacity, count, &plan.bodies.poses(&plan.step(index)?.predicted))
+        }
     })
 }
 
@@ -326,7 +328,7 @@ pub unsafe extern "C" fn jostle_plan_statistics_init(
     size: usize,
 ) -> jostle_status {
     // SAFETY: the caller promises `size` writable bytes.
-    guard("jostle_plan_statistics_init", |_| unsafe { init_sized(statistics, size) })
+    guard("jostle_plan_statistics_init", |_| unsafe { init_sized(statistics, "statistics", size) })
 }
 
 /// What the decision took.

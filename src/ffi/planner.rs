@@ -251,7 +251,7 @@ impl Deciding {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn jostle_planner_options_init(options: *mut jostle_planner_options, size: usize) -> jostle_status {
     // SAFETY: the caller promises `size` writable bytes.
-    guard("jostle_planner_options_init", |_| unsafe { init_sized(options, size) })
+    guard("jostle_planner_options_init", |_| unsafe { init_sized(options, "options", size) })
 }
 
 /// Sets every field to its default; `size` is sizeof(jostle_solve_options) as the caller was compiled.
@@ -265,7 +265,7 @@ pub unsafe extern "C" fn jostle_planner_options_init(options: *mut jostle_planne
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn jostle_solve_options_init(options: *mut jostle_solve_options, size: usize) -> jostle_status {
     // SAFETY: the caller promises `size` writable bytes.
-    guard("jostle_solve_options_init", |_| unsafe { init_sized(options, size) })
+    guard("jostle_solve_options_init", |_| unsafe { init_sized(options, "options", size) })
 }
 
 unsafe fn engine_options(options: *const jostle_planner_options, context: &Context) -> Outcome<PlannerOptions> {

@@ -72,7 +72,7 @@ pub type jostle_progress_callback =
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn jostle_progress_init(progress: *mut jostle_progress, size: usize) -> jostle_status {
     // SAFETY: the caller promises `size` writable bytes.
-    guard("jostle_progress_init", |_| unsafe { init_sized(progress, size) })
+    guard("jostle_progress_init", |_| unsafe { init_sized(progress, "progress", size) })
 }
 
 /// The callback of one decision.

@@ -1,7 +1,6 @@
 //! Scenes: what a robot knows of its table.
 
 use std::ffi::c_char;
-use std::path::Path;
 use std::sync::{Arc, OnceLock, RwLock};
 
 use super::abi::{
@@ -79,6 +78,8 @@ pub(super) struct Content {
     /// Distinguishes the ids of unrelated scenes.
     family: u64,
     model: OnceLock<Arc<Model>>,
+    /// Of the problem it came from; empty for a scene that was built.
+    name: String,
 }
 
 /// A scene as planners and simulators take it.
@@ -104,10 +105,12 @@ impl Content {
             next: 1,
             family: FAMILIES.fetch_add(1, Ordering::Relaxed),
             model: OnceLock::new(),
+            name: String::new(),
         }
     }
 
-    fn of(problem: &Problem) -> Content {
+    /// What a problem holds.
+    pub fn of(problem: &Problem) -> Content {
         let mut content = Content::new();
         for (i, body) in problem.scene.bodies().iter().enumerate() {
             content.push(body.def(), problem.state.pose(i), problem.state.is_present(i));
@@ -116,7 +119,12 @@ impl Content {
         content.workspace = *problem.scene.workspace();
         content.friction = *problem.scene.friction();
         content.overlap_tolerance = problem.scene.overlap_tolerance();
+        content.name.clone_from(&problem.name);
         content
+    }
+
+    pub fn id(&self, index: usize) -> jostle_body {
+        self.bodies.id(index)
     }
 
     fn push(&mut self, def: BodyDef, pose: Pose2, present: bool) -> jostle_body {
@@ -172,7 +180,7 @@ impl Content {
     pub fn problem(&self, target: jostle_body) -> Outcome<(Problem, Bodies)> {
         let target = self.bodies.index(target, "target")?;
         let Observed { model, state, bodies } = self.observed()?;
-        Ok((Problem::new("", model, state, target)?, bodies))
+        Ok((Problem::new(self.name.clone(), model, state, target)?, bodies))
     }
 
     fn hash(&self) -> Outcome<u64> {
@@ -199,7 +207,7 @@ pub(super) struct Scene {
 }
 
 impl Scene {
-    fn new(log: &Arc<Log>, content: Content) -> Scene {
+    pub fn new(log: &Arc<Log>, content: Content) -> Scene {
         Scene { log: Arc::clone(log), content: RwLock::new(content) }
     }
 }
@@ -613,86 +621,6 @@ pub unsafe extern "C" fn jostle_scene_best_grasp(
         if let Some(best) = best {
             grasp.set(c_grasp(&best));
         }
-        Ok(())
-    })
-}
-
-/// Reads a problem's file (JSON): the scene, and the body to retrieve.
-///
-/// Thread: any.
-/// RT: no.
-/// Nullable: none.
-/// Owns: the caller owns *scene and frees it with jostle_scene_free.
-/// Errors: ARGUMENT (null, not UTF-8, a field of the file), HANDLE, NOT_FOUND, UNSUPPORTED, IO, FORMAT, MEMORY.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn jostle_scene_read(
-    context: *const jostle_context,
-    path: *const c_char,
-    scene: *mut *mut jostle_scene,
-    target: *mut jostle_body,
-) -> jostle_status {
-    guard("jostle_scene_read", |call| {
-        // SAFETY: the caller promises text and writable places.
-        let (handle, target, path) = unsafe { (out_handle(scene, "scene")?, out(target, "target")?, text(path, "path")?) };
-        let context = call.open::<Context>(context, "context")?;
-        let problem = parts::read_problem(Path::new(path))?;
-        let content = Content::of(&problem);
-        let id = content.bodies.id(problem.target);
-        handle.give(Scene::new(&context.log, content))?;
-        target.set(id);
-        Ok(())
-    })
-}
-
-/// Writes the problem of retrieving `target` as a file (JSON) that jostle_scene_read and the command-line tool read.
-///
-/// Thread: shared use of scene.
-/// RT: no.
-/// Nullable: none.
-/// Owns: nothing.
-/// Errors: ARGUMENT (null, not UTF-8, zero target, absent target, bodies that overlap), HANDLE, BUSY, NOT_FOUND,
-/// UNSUPPORTED, IO, POISONED.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn jostle_scene_write(
-    scene: *const jostle_scene,
-    target: jostle_body,
-    path: *const c_char,
-) -> jostle_status {
-    with("jostle_scene_write", scene, |content| {
-        // SAFETY: the caller promises text.
-        let path = unsafe { text(path, "path") }?;
-        let (problem, _) = content.problem(target)?;
-        Ok(parts::write_problem(&problem, Path::new(path))?)
-    })
-}
-
-/// Makes a random cluttered scene of `bodies` bodies and picks the one to retrieve; the same numbers make the same scene.
-///
-/// Thread: any.
-/// RT: no.
-/// Nullable: none.
-/// Owns: the caller owns *scene and frees it with jostle_scene_free.
-/// Errors: ARGUMENT (null, bodies out of range), HANDLE, STATE (no such scene was found), UNSUPPORTED, MEMORY.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn jostle_scene_generate(
-    context: *const jostle_context,
-    seed: u64,
-    bodies: usize,
-    scene: *mut *mut jostle_scene,
-    target: *mut jostle_body,
-) -> jostle_status {
-    guard("jostle_scene_generate", |call| {
-        // SAFETY: the caller promises writable places.
-        let (handle, target) = unsafe { (out_handle(scene, "scene")?, out(target, "target")?) };
-        let context = call.open::<Context>(context, "context")?;
-        if !(1..=MAX_BODIES).contains(&bodies) {
-            return Err(Failure::argument("bodies", format!("is {bodies}; it must lie in 1..={MAX_BODIES}")));
-        }
-        let problem = parts::generate(seed, bodies)?;
-        let content = Content::of(&problem);
-        let id = content.bodies.id(problem.target);
-        handle.give(Scene::new(&context.log, content))?;
-        target.set(id);
         Ok(())
     })
 }

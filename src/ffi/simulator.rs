@@ -112,7 +112,7 @@ pub unsafe extern "C" fn jostle_simulator_options_init(
     size: usize,
 ) -> jostle_status {
     // SAFETY: the caller promises `size` writable bytes.
-    guard("jostle_simulator_options_init", |_| unsafe { init_sized(options, size) })
+    guard("jostle_simulator_options_init", |_| unsafe { init_sized(options, "options", size) })
 }
 
 /// Makes a world that begins where `scene` is; later changes of the scene do not reach it.

@@ -94,6 +94,8 @@ pub fn libraries() -> PathBuf {
             .current_dir(root())
             .args(["build", "--lib", "--offline", "--quiet", "--profile", profile, "--target-dir"])
             .arg(target)
+            // The same features as the tests: another set would build the library anew.
+            .args(if cfg!(feature = "cli") { &["--features", "cli"][..] } else { &[] })
             .output()
             .expect("cargo runs");
         assert!(output.status.success(), "cargo build --lib: {}", String::from_utf8_lossy(&output.stderr));
