@@ -2,6 +2,8 @@
 
 #![allow(dead_code)]
 
+pub mod calls;
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::Mutex;
@@ -184,4 +186,30 @@ pub fn output(command: &mut Command, program: &Path) -> Output {
 /// A tool is installed.
 pub fn has(tool: &str) -> bool {
     Command::new(tool).arg("--version").output().is_ok_and(|o| o.status.success())
+}
+
+/// The fields of a struct of the header, in order.
+pub struct Struct {
+    pub name: String,
+    pub fields: Vec<String>,
+}
+
+/// The structs whose layout the header gives.
+pub fn structs() -> Vec<Struct> {
+    let text = header().text;
+    let mut structs = Vec::new();
+    let mut lines = text.lines();
+    while let Some(line) = lines.next() {
+        let Some(name) = line.strip_prefix("typedef struct ").and_then(|l| l.strip_suffix(" {")) else { continue };
+        let fields = lines
+            .by_ref()
+            .take_while(|l| !l.starts_with('}'))
+            .map(str::trim)
+            .filter(|l| !l.starts_with("///"))
+            .filter_map(|l| l.strip_suffix(';'))
+            .map(|l| l[l.rfind([' ', '*']).expect("a field has a type") + 1..].to_string())
+            .collect();
+        structs.push(Struct { name: name.to_string(), fields });
+    }
+    structs
 }
