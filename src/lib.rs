@@ -8,9 +8,11 @@
 
 pub mod action;
 pub mod error;
+pub mod eval;
 #[allow(unsafe_code)]
 pub mod ffi;
 pub mod geom;
+pub mod grasp;
 pub mod physics;
 pub mod plan;
 pub mod record;

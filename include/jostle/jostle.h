@@ -290,6 +290,9 @@ typedef struct jostle_progress {
   double elapsed_seconds;
 } jostle_progress;
 
+/// Which published form of a planner: one of the JOSTLE_VARIANT_ values.
+typedef int32_t jostle_variant;
+
 /// What a planner is told once. Texts are copied.
 typedef struct jostle_planner_options {
   /// Set by jostle_planner_options_default().
@@ -303,7 +306,7 @@ typedef struct jostle_planner_options {
   const char *engine;
   /// The engine's preset: "fast", "balanced" or "fine"; null (the default) for "fast".
   const char *preset;
-  /// Name of a push sampler; null (the default) for the planner's own.
+  /// Push sampler: "vft", "more", "pmbs" or "dense"; null (the default) for the planner's own.
   const char *sampler;
   /// 0 by default.
   uint64_t seed;
@@ -316,14 +319,18 @@ typedef struct jostle_planner_options {
   uint64_t max_bytes;
   /// Travel of a push, metres; 0 (the default) for the sampler's own.
   double push_length;
-  /// A grasp is executed if its score is at least this: 0.5 by default.
+  /// A grasp is executed if its score is at least this, in [0, 1]; the default is the library's.
   double execute_score;
-  /// A simulated state is a solution if its best grasp's score is at least this: 0.5 by default.
+  /// A simulated state is a solution if its best grasp's score is at least this, in [0, 1]; the default is the library's.
   double solved_score;
   /// Logical lanes of a parallel search; changes plans. 0 (the default) for the planner's own.
   uint32_t lanes;
   /// Greatest number of pushes in a plan; 0 (the default) for the planner's own.
   uint32_t max_depth;
+  /// Where the dissertation and its published code disagree: JOSTLE_VARIANT_DISSERTATION by default.
+  jostle_variant variant;
+  /// 0.
+  uint32_t reserved;
 } jostle_planner_options;
 
 /// Told how far a decision is; a value other than 0 cancels it. It is called on the thread that decides (the caller's
@@ -520,6 +527,12 @@ typedef int32_t jostle_effect;
 /// The target alone.
 #define JOSTLE_SCOPE_TARGET_ONLY 2
 
+/// As the text of the dissertation says.
+#define JOSTLE_VARIANT_DISSERTATION 1
+
+/// As the published code does.
+#define JOSTLE_VARIANT_CODE 2
+
 /// It runs.
 #define JOSTLE_JOB_RUNNING 1
 
@@ -714,8 +727,8 @@ void jostle_scene_free(struct jostle_scene *scene);
 /// RT: no.
 /// Nullable: none.
 /// Owns: `def` and all it points to are copied.
-/// Errors: ARGUMENT (null, a field of def: the message names it), HANDLE, BUSY, NOT_FOUND (def.block), UNSUPPORTED,
-/// POISONED, ABI. On failure the scene is unchanged.
+/// Errors: ARGUMENT (null, a field of def: the message names it), HANDLE, BUSY, NOT_FOUND (def.block), POISONED,
+/// ABI. On failure the scene is unchanged.
 jostle_status jostle_scene_add_body(struct jostle_scene *scene,
                                     const struct jostle_body_def *def,
                                     struct jostle_body *body);
@@ -858,7 +871,7 @@ jostle_status jostle_scene_hash(const struct jostle_scene *scene,
 /// RT: no.
 /// Nullable: none.
 /// Owns: nothing.
-/// Errors: ARGUMENT (null, zero body, absent body, bodies that overlap), HANDLE, BUSY, NOT_FOUND, UNSUPPORTED, POISONED.
+/// Errors: ARGUMENT (null, zero body, absent body, bodies that overlap), HANDLE, BUSY, NOT_FOUND, POISONED.
 jostle_status jostle_scene_best_grasp(const struct jostle_scene *scene,
                                       struct jostle_body body,
                                       struct jostle_grasp *grasp,

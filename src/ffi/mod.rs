@@ -36,7 +36,5 @@ pub mod simulator;
 pub mod status;
 pub mod version;
 
-mod parts;
-
 #[cfg(target_pointer_width = "32")]
 compile_error!("the C API's handles need 64-bit pointers");

@@ -19,7 +19,7 @@ use super::scene::{Bodies, Scene, jostle_scene};
 use super::status::{Failure, Outcome, jostle_status};
 use crate::error::Error;
 use crate::physics::PhysicsOptions;
-use crate::plan::{Control, GraspDecision, Planner as Engine, PlannerOptions};
+use crate::plan::{Control, GraspDecision, Planner as Engine, PlannerOptions, Variant};
 use crate::run::Budget;
 use crate::scene::Problem;
 
@@ -30,6 +30,13 @@ pub struct jostle_planner(());
 pub const JOSTLE_NO_LIMIT: u64 = 0xffff_ffff_ffff_ffff;
 /// As many threads as the context's options say.
 pub const JOSTLE_THREADS_OF_CONTEXT: u32 = 0xffff_ffff;
+
+/// Which published form of a planner: one of the JOSTLE_VARIANT_ values.
+pub type jostle_variant = i32;
+/// As the text of the dissertation says.
+pub const JOSTLE_VARIANT_DISSERTATION: jostle_variant = 1;
+/// As the published code does.
+pub const JOSTLE_VARIANT_CODE: jostle_variant = 2;
 
 /// What a planner is told once. Texts are copied.
 #[repr(C)]
@@ -46,7 +53,7 @@ pub struct jostle_planner_options {
     pub engine: *const c_char,
     /// The engine's preset: "fast", "balanced" or "fine"; null (the default) for "fast".
     pub preset: *const c_char,
-    /// Name of a push sampler; null (the default) for the planner's own.
+    /// Push sampler: "vft", "more", "pmbs" or "dense"; null (the default) for the planner's own.
     pub sampler: *const c_char,
     /// 0 by default.
     pub seed: u64,
@@ -59,20 +66,24 @@ pub struct jostle_planner_options {
     pub max_bytes: u64,
     /// Travel of a push, metres; 0 (the default) for the sampler's own.
     pub push_length: f64,
-    /// A grasp is executed if its score is at least this: 0.5 by default.
+    /// A grasp is executed if its score is at least this, in [0, 1]; the default is the library's.
     pub execute_score: f64,
-    /// A simulated state is a solution if its best grasp's score is at least this: 0.5 by default.
+    /// A simulated state is a solution if its best grasp's score is at least this, in [0, 1]; the default is the library's.
     pub solved_score: f64,
     /// Logical lanes of a parallel search; changes plans. 0 (the default) for the planner's own.
     pub lanes: u32,
     /// Greatest number of pushes in a plan; 0 (the default) for the planner's own.
     pub max_depth: u32,
+    /// Where the dissertation and its published code disagree: JOSTLE_VARIANT_DISSERTATION by default.
+    pub variant: jostle_variant,
+    /// 0.
+    pub reserved: u32,
 }
 
 // SAFETY: repr(C), struct_size first, numbers and pointers without padding.
 unsafe impl Sized32 for jostle_planner_options {
     const NAME: &'static str = "jostle_planner_options";
-    const FIRST_SIZE: usize = 104;
+    const FIRST_SIZE: usize = 112;
     fn defaults() -> Self {
         let grasp = GraspDecision::default();
         jostle_planner_options {
@@ -91,6 +102,8 @@ unsafe impl Sized32 for jostle_planner_options {
             solved_score: grasp.solved_score,
             lanes: 0,
             max_depth: 0,
+            variant: JOSTLE_VARIANT_DISSERTATION,
+            reserved: 0,
         }
     }
 }
@@ -284,6 +297,11 @@ unsafe fn engine_options(options: *const jostle_planner_options, context: &Conte
     if threads > MAX_THREADS {
         return Err(Failure::argument("options.threads", format!("is {threads}; at most {MAX_THREADS}")));
     }
+    let variant = match o.variant {
+        JOSTLE_VARIANT_DISSERTATION => Variant::Dissertation,
+        JOSTLE_VARIANT_CODE => Variant::Code,
+        other => return Err(Failure::argument("options.variant", format!("is {other}; no variant has this number"))),
+    };
     let limit = |value: u64| (value != JOSTLE_NO_LIMIT).then_some(value);
     let usual = PlannerOptions::default();
     let physics = PhysicsOptions {
@@ -306,10 +324,10 @@ unsafe fn engine_options(options: *const jostle_planner_options, context: &Conte
         threads: threads as usize,
         lanes: (o.lanes != 0).then_some(o.lanes as usize),
         max_depth: (o.max_depth != 0).then_some(o.max_depth),
+        variant,
         ..usual
     };
     options.validate().map_err(c_field)?;
-    options.physics.validate().map_err(c_field)?;
     Ok(options)
 }
 

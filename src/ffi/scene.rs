@@ -12,10 +12,10 @@ use super::context::{Context, jostle_context};
 use super::guard::{self, free, guard};
 use super::handle::{Kind, Object};
 use super::log::Log;
-use super::parts;
 use super::status::{Failure, JOSTLE_ERROR_NOT_FOUND, Outcome, jostle_status};
 use crate::error::Error;
 use crate::geom::Pose2;
+use crate::grasp::{GraspParams, GraspScratch, GraspTest};
 use crate::scene::{
     BodyDef, DEFAULT_OVERLAP_TOLERANCE, Friction, Gripper, MAX_BODIES, Problem, Scene as Model, SceneBuilder, State,
     Workspace,
@@ -78,6 +78,8 @@ pub(super) struct Content {
     /// Distinguishes the ids of unrelated scenes.
     family: u64,
     model: OnceLock<Arc<Model>>,
+    /// The grasp test made ready for the model.
+    grasps: OnceLock<Arc<GraspTest>>,
     /// Of the problem it came from; empty for a scene that was built.
     name: String,
 }
@@ -105,6 +107,7 @@ impl Content {
             next: 1,
             family: FAMILIES.fetch_add(1, Ordering::Relaxed),
             model: OnceLock::new(),
+            grasps: OnceLock::new(),
             name: String::new(),
         }
     }
@@ -142,6 +145,7 @@ impl Content {
     /// Something other than a pose was changed.
     pub fn changed(&mut self) {
         self.model = OnceLock::new();
+        self.grasps = OnceLock::new();
     }
 
     fn model(&self) -> Outcome<Arc<Model>> {
@@ -159,6 +163,14 @@ impl Content {
             .overlap_tolerance(self.overlap_tolerance);
         let model = Arc::new(builder.build()?);
         Ok(Arc::clone(self.model.get_or_init(|| model)))
+    }
+
+    fn grasp_test(&self, model: &Model) -> Outcome<Arc<GraspTest>> {
+        if let Some(test) = self.grasps.get() {
+            return Ok(Arc::clone(test));
+        }
+        let test = Arc::new(GraspTest::new(GraspParams::default())?.prepared(model));
+        Ok(Arc::clone(self.grasps.get_or_init(|| test)))
     }
 
     fn state(&self) -> State {
@@ -303,8 +315,8 @@ pub unsafe extern "C" fn jostle_scene_free(scene: *mut jostle_scene) {
 /// RT: no.
 /// Nullable: none.
 /// Owns: `def` and all it points to are copied.
-/// Errors: ARGUMENT (null, a field of def: the message names it), HANDLE, BUSY, NOT_FOUND (def.block), UNSUPPORTED,
-/// POISONED, ABI. On failure the scene is unchanged.
+/// Errors: ARGUMENT (null, a field of def: the message names it), HANDLE, BUSY, NOT_FOUND (def.block), POISONED,
+/// ABI. On failure the scene is unchanged.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn jostle_scene_add_body(
     scene: *mut jostle_scene,
@@ -600,7 +612,7 @@ pub unsafe extern "C" fn jostle_scene_hash(scene: *const jostle_scene, hash: *mu
 /// RT: no.
 /// Nullable: none.
 /// Owns: nothing.
-/// Errors: ARGUMENT (null, zero body, absent body, bodies that overlap), HANDLE, BUSY, NOT_FOUND, UNSUPPORTED, POISONED.
+/// Errors: ARGUMENT (null, zero body, absent body, bodies that overlap), HANDLE, BUSY, NOT_FOUND, POISONED.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn jostle_scene_best_grasp(
     scene: *const jostle_scene,
@@ -616,7 +628,8 @@ pub unsafe extern "C" fn jostle_scene_best_grasp(
         if !observed.state.is_present(index) {
             return Err(Failure::argument("body", format!("`{}` is not present", content.defs[index].name)));
         }
-        let best = parts::best_grasp(&observed.model, &observed.state, index)?;
+        let test = content.grasp_test(&observed.model)?;
+        let best = test.best(&observed.model, &observed.state, index, &mut GraspScratch::default());
         found.set(u32::from(best.is_some()));
         if let Some(best) = best {
             grasp.set(c_grasp(&best));

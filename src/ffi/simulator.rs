@@ -11,10 +11,10 @@ use super::context::{Context, jostle_context};
 use super::guard::{self, free, guard};
 use super::handle::{Kind, Object};
 use super::log::Log;
-use super::parts::{Effect, Judge, JudgeOptions};
 use super::scene::{Bodies, Scene, jostle_scene};
 use super::status::{Failure, Outcome, jostle_status};
 use crate::error::Error;
+use crate::eval::{Effect, Judge, JudgeOptions};
 use crate::physics::PhysicsOptions;
 
 /// A world to try plans in. It may differ from the planner's model as a real table does. Opaque.

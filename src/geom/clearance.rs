@@ -40,6 +40,55 @@ impl Obb {
     }
 }
 
+impl Obb {
+    /// Whether the rectangle and a body share more than their borders. The body's pose is given as its frame, so that
+    /// a caller with many rectangles works out sine and cosine once. Much faster than [`Obb::gap_to`]: no square root,
+    /// no memory, and it stops at the first separating line.
+    pub fn overlaps(&self, footprint: &Footprint, frame: &Frame) -> bool {
+        let away = frame.origin - self.centre;
+        let reach = footprint.radius + (self.half[0] * self.half[0] + self.half[1] * self.half[1]).sqrt();
+        away.norm_squared() < reach * reach && self.overlaps_near(footprint, frame)
+    }
+
+    /// As [`Obb::overlaps`], for a body that is known to be near.
+    pub(crate) fn overlaps_near(&self, footprint: &Footprint, frame: &Frame) -> bool {
+        let away = frame.origin - self.centre;
+        // The body's frame as the rectangle sees it.
+        let seen = Frame {
+            origin: vec2(away.dot(&self.axis), self.axis.x * away.y - self.axis.y * away.x),
+            sin: frame.sin * self.axis.x - frame.cos * self.axis.y,
+            cos: frame.cos * self.axis.x + frame.sin * self.axis.y,
+        };
+        footprint.pieces.iter().any(|piece| match piece {
+            Piece::Disc { centre, radius } => {
+                let c = seen.point(*centre);
+                let (x, y) = ((c.x.abs() - self.half[0]).max(0.0), (c.y.abs() - self.half[1]).max(0.0));
+                x * x + y * y < radius * radius
+            }
+            Piece::Convex(points) => self.overlaps_convex(points, &seen),
+        })
+    }
+
+    /// Separating lines along the polygon's edges and the rectangle's own, in the rectangle's frame.
+    fn overlaps_convex(&self, points: &[Vec2], seen: &Frame) -> bool {
+        let Some(last) = points.last() else { return false };
+        let [hx, hy] = self.half;
+        let mut p = seen.point(*last);
+        let (mut min, mut max) = (p, p);
+        for q in points {
+            let q = seen.point(*q);
+            let (nx, ny) = (q.y - p.y, p.x - q.x);
+            if nx * p.x + ny * p.y <= -(nx.abs() * hx + ny.abs() * hy) {
+                return false;
+            }
+            min = min.inf(&q);
+            max = max.sup(&q);
+            p = q;
+        }
+        min.x < hx && max.x > -hx && min.y < hy && max.y > -hy
+    }
+}
+
 /// Greatest signed distance along the edge normals of `a` to the piece `b`, both in one frame.
 fn face_gap(a: &[Vec2], b: &Piece) -> f64 {
     edges(a)
@@ -154,5 +203,32 @@ mod tests {
         let tool = Obb { centre: vec2(0.05, 0.0), axis: vec2(0.0, 1.0), half: [0.015, 0.01] };
         assert!((tool.gap_to(&f, &Pose2::IDENTITY) - 0.02).abs() < 1e-12);
         assert!((tool.grown(0.02).gap_to(&f, &Pose2::IDENTITY)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn overlap_agrees_with_the_signed_gap() {
+        let l = vec![[-0.04, -0.03], [0.04, -0.03], [0.04, 0.0], [0.0, 0.0], [0.0, 0.03], [-0.04, 0.03]];
+        let shapes = [
+            Shape::rectangle(0.045, 0.09),
+            Shape::Disc { radius: 0.022 },
+            Shape::Polygon(l),
+            Shape::ConvexPolygon(vec![[0.0225, 0.045], [-0.0225, 0.0], [0.0225, -0.045]]),
+        ];
+        let mut overlapping = 0;
+        for (i, shape) in shapes.into_iter().enumerate() {
+            let f = Footprint::new(shape).unwrap();
+            for k in 0..2000 {
+                // A low-discrepancy walk through positions and angles.
+                let r = |prime: f64| (k as f64 * prime.sqrt() + i as f64 * 0.37).fract();
+                let pose = Pose2::new(0.16 * r(2.0) - 0.08, 0.16 * r(3.0) - 0.08, 6.3 * r(5.0));
+                let a = 6.3 * r(7.0);
+                let tool = Obb { centre: vec2(0.0, 0.0), axis: vec2(a.cos(), a.sin()), half: [0.013, 0.017] };
+                let gap = tool.gap_to(&f, &pose);
+                let got = tool.overlaps(&f, &pose.frame());
+                overlapping += usize::from(got);
+                assert!(got == (gap < 0.0) || gap.abs() < 1e-9, "{i} {k}: {gap} {got}");
+            }
+        }
+        assert!(overlapping > 1000 && overlapping < 7000, "{overlapping}");
     }
 }

@@ -15,4 +15,4 @@ pub use footprint::{CompoundPart, Footprint, Piece, Shape};
 pub use polygon::{
     area, area_moments, clip_convex, contains_point, convex_hull, intersection_area, is_convex, is_simple,
 };
-pub use pose::{Pose2, Vec2, normalize_angle, vec2};
+pub use pose::{Frame, Pose2, Vec2, normalize_angle, vec2};

@@ -2,20 +2,29 @@
 //!
 //! Serial UCT with the mean of the ten best returns, depth 4, discount 0.5, 50 iterations, MORE's contour pushes,
 //! reward `[solved] + 0.2 q`. Early stop as in the text: a graspable node whose parent level is fully expanded.
+//! The published code searches to depth 3 and stops early at level 2 at most.
 
+use super::options::{PlannerOptions, Variant};
 use super::recipe::Recipe;
 use super::retrieval::Reward;
 use crate::run::Budget;
-use crate::search::Params;
+use crate::search::{EarlyStop, Params};
 
 /// Published iterations of a decision (MCTS-50).
 const ITERATIONS: u64 = 50;
 
-pub fn recipe(solved_score: f64) -> Recipe {
+pub fn recipe(options: &PlannerOptions) -> Recipe {
+    let text = Params::mcts();
+    let search = match options.variant {
+        Variant::Dissertation => text,
+        Variant::Code => {
+            Params { max_depth: 3, early_stop: EarlyStop::LevelComplete { first: 1, last: Some(2) }, ..text }
+        }
+    };
     Recipe {
-        search: Params::mcts(),
+        search,
         sampler: "more",
-        reward: Reward { shaping: 0.2, solved_score },
+        reward: Reward { shaping: 0.2, solved_score: options.grasp.solved_score },
         budget: Budget::iterations(ITERATIONS),
     }
 }

@@ -8,7 +8,8 @@ mod pmbs;
 mod recipe;
 mod retrieval;
 
-pub use options::{GraspDecision, PLANNERS, PlannerOptions};
+pub use options::{GraspDecision, PlannerOptions, Variant};
 pub use outcome::{Outcome, Plan, PlanStatistics, PlannedAction, RankedAction};
 pub use planner::{Control, Planner};
+pub use recipe::PLANNERS;
 pub use retrieval::{Retrieval, Reward};

@@ -2,12 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Error, Result, check_range};
+use super::recipe::recipe;
+use crate::error::{Result, check_range};
 use crate::physics::PhysicsOptions;
 use crate::run::Budget;
-
-/// The ids of the planners.
-pub const PLANNERS: [&str; 2] = ["pmbs", "mcts"];
+use crate::search::Params;
 
 /// When a grasp is executed and when a state counts as solved, by the grasp's score in [0, 1].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -21,14 +20,14 @@ pub struct GraspDecision {
 
 impl Default for GraspDecision {
     fn default() -> Self {
-        Self { execute_score: 0.5, solved_score: 0.5 }
+        Self { execute_score: 0.15, solved_score: 0.3 }
     }
 }
 
 /// Everything a planner can be told.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlannerOptions {
-    /// One of [`PLANNERS`].
+    /// One of [`super::PLANNERS`].
     pub planner: String,
     pub physics: PhysicsOptions,
     /// Name of a push sampler; the planner's own if absent.
@@ -45,6 +44,22 @@ pub struct PlannerOptions {
     pub lanes: Option<usize>,
     /// Greatest number of pushes in a plan; the planner's own if absent.
     pub max_depth: Option<u32>,
+    /// Which published form of the planner.
+    pub variant: Variant,
+    /// Every parameter of the search; takes the place of the planner's own, of `lanes` and of `max_depth`.
+    /// Start from [`PlannerOptions::search_params`].
+    pub search: Option<Params>,
+}
+
+/// Where the text of the dissertation and its published code disagree.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Variant {
+    /// As the text says.
+    #[default]
+    Dissertation,
+    /// As the published code does.
+    Code,
 }
 
 impl Default for PlannerOptions {
@@ -60,19 +75,20 @@ impl Default for PlannerOptions {
             threads: 0,
             lanes: None,
             max_depth: None,
+            variant: Variant::Dissertation,
+            search: None,
         }
     }
 }
 
 impl PlannerOptions {
+    /// The parameters of the search that these options lead to.
+    pub fn search_params(&self) -> Result<Params> {
+        Ok(recipe(self)?.search)
+    }
+
     /// Checks what can be checked without a scene.
     pub fn validate(&self) -> Result<()> {
-        if !PLANNERS.contains(&self.planner.as_str()) {
-            return Err(Error::not_found(
-                "planner",
-                format!("no planner is named `{}`; known: {}", self.planner, PLANNERS.join(", ")),
-            ));
-        }
         self.physics.validate()?;
         self.budget.validate()?;
         check_range("grasp.execute_score", self.grasp.execute_score, 0.0..=1.0)?;
@@ -86,6 +102,7 @@ impl PlannerOptions {
         if let Some(depth) = self.max_depth {
             check_range("max_depth", f64::from(depth), 1.0..=64.0)?;
         }
-        check_range("threads", self.threads as f64, 0.0..=1024.0)
+        check_range("threads", self.threads as f64, 0.0..=1024.0)?;
+        recipe(self).map(drop)
     }
 }

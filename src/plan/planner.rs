@@ -4,9 +4,8 @@ use std::sync::Arc;
 
 use super::options::PlannerOptions;
 use super::outcome::{Outcome, Plan, PlanStatistics, PlannedAction, RankedAction};
-use super::recipe::Recipe;
+use super::recipe::{Recipe, recipe};
 use super::retrieval::Retrieval;
-use super::{mcts, pmbs};
 use crate::action::{Action, ContourSampler, Grasp, Push};
 use crate::error::Result;
 use crate::geom::normalize_angle;
@@ -51,18 +50,7 @@ impl Planner {
     /// Checks the options and prepares the planner (recipe, worker threads).
     pub fn new(options: PlannerOptions) -> Result<Planner> {
         options.validate()?;
-        let solved = options.grasp.solved_score;
-        let mut recipe = match options.planner.as_str() {
-            "mcts" => mcts::recipe(solved),
-            _ => pmbs::recipe(options.lanes, solved),
-        };
-        if let Some(lanes) = options.lanes {
-            recipe.search.lanes = lanes as u32;
-        }
-        if let Some(depth) = options.max_depth {
-            recipe.search.max_depth = depth;
-        }
-        recipe.search.validate().map_err(|e| e.within("search"))?;
+        let recipe = recipe(&options)?;
         sampler(&options, &recipe)?;
         let pool = Pool::new(options.threads, "jostle")?;
         Ok(Planner { options, recipe, pool, tree: Tree::new(), domain: None, expected: None })
@@ -118,6 +106,11 @@ impl Planner {
     pub fn reset(&mut self) {
         self.tree.reset();
         self.expected = None;
+    }
+
+    /// Estimated bytes that the tree holds.
+    pub fn memory_bytes(&self) -> usize {
+        self.domain.as_ref().map_or(0, |domain| self.tree.bytes(domain))
     }
 
     fn decide(&mut self, problem: &Problem, budget: Budget, keep: bool, control: &Control) -> Result<Plan> {

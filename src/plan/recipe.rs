@@ -1,6 +1,9 @@
 //! A planner is a recipe: a sampler, a reward and the parameters of the one search.
 
+use super::options::PlannerOptions;
 use super::retrieval::Reward;
+use super::{mcts, pmbs};
+use crate::error::{Error, Result};
 use crate::run::Budget;
 use crate::search::Params;
 
@@ -13,4 +16,30 @@ pub struct Recipe {
     pub reward: Reward,
     /// Limits of a decision where the user sets none.
     pub budget: Budget,
+}
+
+/// The ids of the planners.
+pub const PLANNERS: [&str; 2] = ["pmbs", "mcts"];
+
+/// The planner's own recipe with what the options change in it.
+pub fn recipe(options: &PlannerOptions) -> Result<Recipe> {
+    let mut recipe = match options.planner.as_str() {
+        "pmbs" => pmbs::recipe(options),
+        "mcts" => mcts::recipe(options),
+        other => {
+            let known = PLANNERS.join(", ");
+            return Err(Error::not_found("planner", format!("no planner is named `{other}`; known: {known}")));
+        }
+    };
+    if let Some(lanes) = options.lanes {
+        recipe.search.lanes = lanes as u32;
+    }
+    if let Some(depth) = options.max_depth {
+        recipe.search.max_depth = depth;
+    }
+    if let Some(search) = options.search {
+        recipe.search = search;
+    }
+    recipe.search.validate().map_err(|e| e.within("search"))?;
+    Ok(recipe)
 }

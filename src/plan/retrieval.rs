@@ -67,11 +67,7 @@ impl Retrieval {
         let solved = assessment.grasp.is_some() && assessment.score >= self.reward.solved_score;
         let quality = if assessment.grasp.is_some() { assessment.score } else { 0.0 };
         // Without a grasp the nearness ranks states below every graspable one.
-        let judged = if assessment.grasp.is_some() {
-            0.5 + 0.5 * quality
-        } else {
-            0.5 * assessment.nearness
-        };
+        let judged = if assessment.grasp.is_some() { 0.5 + 0.5 * quality } else { 0.5 * assessment.nearness };
         out.value = self.reward.shaping * judged + if solved { 1.0 } else { 0.0 };
         out.quality = quality;
         out.terminal = solved;

@@ -283,9 +283,8 @@ static void bad_planners(jostle_context *context, jostle_planner *planner, jostl
     OPTION(options.max_depth = 100000, ARGUMENT, "options.max_depth: is 100000");
     OPTION(options.lanes = 100000, ARGUMENT, "options.lanes: is 100000");
     OPTION(options.threads = 100000, ARGUMENT, "options.threads: is 100000");
-#ifdef SAMPLERS_ARE_CHECKED
     OPTION(options.sampler = "dice", NOT_FOUND, "options.sampler: ");
-#endif
+    OPTION(options.variant = 0, ARGUMENT, "options.variant: is 0");
 
     BAD(jostle_planner_solve(planner, scene, nobody, NULL, &new_plan), ARGUMENT, "target: is zero");
     BAD(jostle_planner_solve(planner, scene, foreign, NULL, &new_plan), NOT_FOUND, "target: body 0x");

@@ -248,10 +248,18 @@ static int32_t on_progress(const jostle_progress *progress, void *user)
     return r->calls >= r->stop_after;
 }
 
+/* Much to search, and never content. */
+static jostle_scene *packed(jostle_context *context, jostle_body *target)
+{
+    jostle_scene *scene = NULL;
+    MUST(jostle_scene_generate(context, 7, 0, 12, &scene, target));
+    return scene;
+}
+
 static void callbacks(jostle_context *context)
 {
     jostle_body target;
-    jostle_scene *scene = row(context, &target);
+    jostle_scene *scene = packed(context, &target);
     jostle_planner_options options = jostle_planner_options_default();
     options.max_iterations = 100000;
     options.execute_score = options.solved_score = 1;
@@ -264,17 +272,12 @@ static void callbacks(jostle_context *context)
     solve.progress_seconds = 0;
     jostle_plan *plan = NULL;
     MUST(jostle_planner_solve(planner, scene, target, &solve, &plan));
-    CHECK(r.wrong == 0);
-    if (r.calls) { /* a planner that has nothing to search calls nobody */
-        jostle_outcome outcome;
-        size_t count = 9;
-        CHECK(r.calls == 3);
-        MUST(jostle_plan_outcome(plan, &outcome));
-        MUST(jostle_plan_action_count(plan, &count));
-        CHECK(outcome == JOSTLE_OUTCOME_CANCELLED && count == 0);
-    } else {
-        puts("note: the planner called no callback");
-    }
+    jostle_outcome outcome = 0;
+    size_t count = 9;
+    CHECK(r.wrong == 0 && r.calls == 3);
+    MUST(jostle_plan_outcome(plan, &outcome));
+    MUST(jostle_plan_action_count(plan, &count));
+    CHECK(outcome == JOSTLE_OUTCOME_CANCELLED && count == 0);
     jostle_plan_free(plan);
     jostle_planner_free(planner);
     jostle_scene_free(scene);
@@ -319,11 +322,13 @@ static void jobs(jostle_context *context)
     jostle_plan_free(plan);
     jostle_plan_free(direct);
     jostle_planner_free(planner);
+    jostle_scene_free(scene);
 
     /* A cancel from another thread ends a long decision soon. The flag may be freed before. */
     jostle_planner_options options = jostle_planner_options_default();
     options.max_seconds = 60;
     options.execute_score = options.solved_score = 1;
+    scene = packed(context, &target);
     MUST(jostle_planner_new(context, &options, &planner));
     jostle_cancel *cancel = NULL, *copy = NULL;
     uint32_t triggered = 9;
@@ -334,12 +339,12 @@ static void jobs(jostle_context *context)
     MUST(jostle_planner_job_start(planner, scene, target, &solve, &job));
     jostle_cancel_free(cancel);
     MUST(jostle_job_poll(job, &state, NULL));
-    if (state == JOSTLE_JOB_RUNNING) {
-        jostle_plan *busy = NULL;
-        CHECK(jostle_job_take_plan(job, &busy) == JOSTLE_ERROR_STATE || busy);
-        jostle_status status = jostle_planner_solve(planner, scene, target, NULL, &busy);
-        CHECK(status == JOSTLE_ERROR_BUSY);
-    }
+    CHECK(state == JOSTLE_JOB_RUNNING);
+    plan = NULL;
+    CHECK(jostle_job_take_plan(job, &plan) == JOSTLE_ERROR_STATE && !plan);
+    CHECK(jostle_planner_solve(planner, scene, target, NULL, &plan) == JOSTLE_ERROR_BUSY && !plan);
+    MUST(jostle_job_wait(job, 0.001, &state));
+    CHECK(state == JOSTLE_JOB_RUNNING);
     pthread_t thread;
     CHECK(pthread_create(&thread, NULL, trigger_later, copy) == 0);
     void *good = NULL;
@@ -352,8 +357,27 @@ static void jobs(jostle_context *context)
     MUST(jostle_cancel_reset(copy));
     MUST(jostle_cancel_triggered(copy, &triggered));
     CHECK(triggered == 0);
+    jostle_outcome outcome = 0;
+    size_t count = 9;
+    MUST(jostle_job_take_plan(job, &plan));
+    MUST(jostle_plan_outcome(plan, &outcome));
+    MUST(jostle_plan_action_count(plan, &count));
+    CHECK(outcome == JOSTLE_OUTCOME_CANCELLED && count == 0);
+    jostle_plan_free(plan);
     jostle_cancel_free(copy);
     jostle_job_free(job);
+
+    /* So does a limit of time. */
+    options.max_seconds = 0.05;
+    jostle_planner *quick = NULL;
+    MUST(jostle_planner_new(context, &options, &quick));
+    begin = now();
+    MUST(jostle_planner_solve(quick, scene, target, NULL, &plan));
+    CHECK(now() - begin < 2);
+    MUST(jostle_plan_outcome(plan, &outcome));
+    CHECK(outcome == JOSTLE_OUTCOME_BUDGET);
+    jostle_plan_free(plan);
+    jostle_planner_free(quick);
 
     /* Freeing a running job cancels it and waits; parents may go first. */
     MUST(jostle_planner_job_start(planner, scene, target, NULL, &job));

@@ -1,1 +1,49 @@
-fn main() {}
+//! `jostle`: the library on the command line. `docs/cli.md` holds its help.
+//!
+//! A command reads its arguments (`args`), does its work (a file each) and reports (`output`). Mistakes in arguments
+//! and files end with exit status 2, failures with 1, both with one line on standard error.
+
+mod args;
+mod bench_push;
+mod bench_search;
+mod fidelity;
+mod generate;
+mod output;
+mod plan;
+mod plan_file;
+mod render;
+mod run;
+mod table;
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::process::ExitCode;
+
+use args::{BenchCommand, Command};
+use output::{Failure, Outcome};
+
+fn main() -> ExitCode {
+    // A defect is reported in one line like any other failure.
+    std::panic::set_hook(Box::new(|_| ()));
+    let outcome = catch_unwind(AssertUnwindSafe(command)).unwrap_or_else(|panic| {
+        let text = panic.downcast_ref::<&str>().map(|s| (*s).to_string());
+        let text = text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default();
+        Err(Failure::failed(format!("internal error: {text}; please report it")))
+    });
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.report(),
+    }
+}
+
+fn command() -> Outcome<()> {
+    let Some(cli) = args::parse()? else { return Ok(()) };
+    match cli.command {
+        Command::Plan(args) => plan::run(&args),
+        Command::Run(args) => run::run(&args),
+        Command::Generate(args) => generate::run(&args),
+        Command::Fidelity(args) => fidelity::run(&args),
+        Command::Bench(BenchCommand::Push(args)) => bench_push::run(&args),
+        Command::Bench(BenchCommand::Search(args)) => bench_search::run(&args),
+        Command::Render(args) => render::run(&args),
+    }
+}

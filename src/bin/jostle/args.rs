@@ -1,0 +1,383 @@
+//! The command line: what can be asked for, and the library's options made of it.
+
+use std::path::{Path, PathBuf};
+
+use clap::error::ErrorKind;
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use jostle::eval::{Against, JudgeOptions};
+use jostle::physics::PhysicsOptions;
+use jostle::plan::PlannerOptions;
+use jostle::run::Budget;
+use jostle::scene::Gripper;
+use jostle::scene::arc::ArcProfile;
+
+use crate::output::{Failure, Outcome};
+
+/// Plans for robots that push and grasp in clutter.
+#[derive(Debug, Parser)]
+#[command(name = "jostle", version, propagate_version = true, max_term_width = 100)]
+pub struct Cli {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Decide what to do in one scene
+    Plan(PlanArgs),
+    /// Run a planner in closed loop over a suite of problems, against a judge that differs from its model
+    Run(RunArgs),
+    /// Write random problems that cannot be solved by a grasp alone
+    Generate(GenerateArgs),
+    /// Compare an engine with recorded pushes
+    Fidelity(FidelityArgs),
+    /// Measure speed
+    #[command(subcommand)]
+    Bench(BenchCommand),
+    /// Draw a scene or a plan
+    Render(RenderArgs),
+}
+
+#[derive(Debug, Subcommand)]
+pub enum BenchCommand {
+    /// Pushes a second of every preset, on one thread and on two
+    Push(BenchPushArgs),
+    /// The search: cost of its bookkeeping, punctuality, reaction to cancelling, sameness at any number of threads
+    Search(BenchSearchArgs),
+}
+
+/// How a planner is set up.
+#[derive(Debug, Clone, Args)]
+pub struct PlannerArgs {
+    /// The planner: pmbs (parallel waves) or mcts (serial)
+    #[arg(long, default_value = "pmbs", value_name = "NAME")]
+    pub planner: String,
+    #[command(flatten)]
+    pub physics: PhysicsArgs,
+    /// A gripper to take the place of the scene's: robotiq_2f85 or dissertation_mask
+    #[arg(long, value_name = "NAME")]
+    pub gripper: Option<String>,
+    /// Wall-clock seconds of a decision [default: the planner's published budget]
+    #[arg(long, value_name = "SECONDS")]
+    pub seconds: Option<f64>,
+    /// Search iterations of a decision; a budget of iterations alone makes plans reproducible
+    #[arg(long, value_name = "N")]
+    pub iterations: Option<u64>,
+    /// Seed of everything random
+    #[arg(long, default_value_t = 0, value_name = "N")]
+    pub seed: u64,
+    /// Worker threads; they never change the plan of an iteration budget [default: one for each core]
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+    /// Logical lanes of the parallel search; they do change plans [default: the planner's own]
+    #[arg(long, value_name = "N")]
+    pub lanes: Option<usize>,
+    /// Push sampler [default: the planner's own]
+    #[arg(long, value_name = "NAME")]
+    pub sampler: Option<String>,
+    /// Travel of a push in metres [default: by the profile of an original test case, else the sampler's own]
+    #[arg(long, value_name = "METRES")]
+    pub push_length: Option<f64>,
+    /// Greatest number of pushes in a plan [default: the planner's own]
+    #[arg(long, value_name = "N")]
+    pub max_depth: Option<u32>,
+}
+
+/// The engine of the planner's model.
+#[derive(Debug, Clone, Args)]
+pub struct PhysicsArgs {
+    /// Engine that predicts pushes
+    #[arg(long, default_value = "rapier", value_name = "ENGINE")]
+    pub physics: String,
+    /// Preset of the engine: fast, balanced or fine
+    #[arg(long, default_value = "fast", value_name = "NAME")]
+    pub preset: String,
+}
+
+impl PhysicsArgs {
+    pub fn options(&self) -> Outcome<PhysicsOptions> {
+        let options =
+            PhysicsOptions { engine: self.physics.clone(), preset: self.preset.clone(), ..PhysicsOptions::default() };
+        options.validate()?;
+        Ok(options)
+    }
+}
+
+impl PlannerArgs {
+    pub fn options(&self) -> Outcome<PlannerOptions> {
+        let options = PlannerOptions {
+            planner: self.planner.clone(),
+            physics: self.physics.options()?,
+            sampler: self.sampler.clone(),
+            push_length: self.push_length,
+            budget: Budget { iterations: self.iterations, seconds: self.seconds, bytes: None },
+            seed: self.seed,
+            threads: self.threads.unwrap_or_else(cores),
+            lanes: self.lanes,
+            max_depth: self.max_depth,
+            ..PlannerOptions::default()
+        };
+        options.validate()?;
+        Ok(options)
+    }
+
+    pub fn gripper(&self) -> Outcome<Option<Gripper>> {
+        Ok(self.gripper.as_deref().map(Gripper::by_name).transpose()?)
+    }
+}
+
+pub fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+/// The world that a planner is judged in.
+#[derive(Debug, Clone, Args)]
+pub struct JudgeArgs {
+    /// Engine of the judge: a preset, or engine:preset
+    #[arg(long, default_value = "fine", value_name = "[ENGINE:]PRESET")]
+    pub judge: String,
+    /// Every friction is scaled by up to this share up or down, drawn anew for each trial
+    #[arg(long, default_value_t = 0.2, value_name = "SHARE")]
+    pub friction_spread: f64,
+    /// Standard deviation of observed positions in millimetres
+    #[arg(long, default_value_t = 1.0, value_name = "MM")]
+    pub noise_mm: f64,
+    /// Standard deviation of observed headings in degrees
+    #[arg(long, default_value_t = 1.0, value_name = "DEG")]
+    pub noise_deg: f64,
+}
+
+impl JudgeArgs {
+    pub fn options(&self, seed: u64) -> Outcome<JudgeOptions> {
+        let defaults = PhysicsOptions::default();
+        let (engine, preset) = self.judge.split_once(':').unwrap_or((&defaults.engine, &self.judge));
+        let options = JudgeOptions {
+            physics: PhysicsOptions { engine: engine.into(), preset: preset.into(), ..PhysicsOptions::default() },
+            friction_spread: self.friction_spread,
+            noise_position_m: self.noise_mm * 1e-3,
+            noise_rotation_rad: self.noise_deg.to_radians(),
+            seed,
+        };
+        options.validate()?;
+        Ok(options)
+    }
+}
+
+/// Where a report goes.
+#[derive(Debug, Clone, Args)]
+pub struct JsonArgs {
+    /// Write the report as JSON to FILE, or to standard output in place of the text (no FILE, or -)
+    #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "-")]
+    pub json: Option<PathBuf>,
+}
+
+/// Conventions of the original test cases (text files).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ProfileArg {
+    /// By the folder: `confined` is pmbs, anything else is more
+    Auto,
+    /// Workspace of 0.448 m, pushes of nominal 0.10 m, all blocks 0.1 kg
+    More,
+    /// Workspace of 0.288 m, pushes of 0.05 m, masses by block, at most 16 actions
+    Pmbs,
+}
+
+impl ProfileArg {
+    /// The profile that was asked for; none for `auto`.
+    pub fn profile(self) -> Option<ArcProfile> {
+        match self {
+            ProfileArg::Auto => None,
+            ProfileArg::More => Some(ArcProfile::More),
+            ProfileArg::Pmbs => Some(ArcProfile::Pmbs),
+        }
+    }
+
+    /// The profile of a file.
+    pub fn of(self, path: &Path) -> ArcProfile {
+        self.profile().unwrap_or_else(|| ArcProfile::of_path(path))
+    }
+}
+
+#[derive(Debug, Args)]
+pub struct PlanArgs {
+    /// A scene file (JSON) or an original test case (text)
+    #[arg(value_name = "SCENE")]
+    pub scene: PathBuf,
+    #[command(flatten)]
+    pub planner: PlannerArgs,
+    /// Conventions for an original test case
+    #[arg(long, value_enum, default_value = "auto")]
+    pub profile: ProfileArg,
+    #[command(flatten)]
+    pub json: JsonArgs,
+    /// Draw the plan into this file
+    #[arg(long, value_name = "FILE")]
+    pub svg: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub struct RunArgs {
+    /// A folder of scenes, a single scene, or generated:N[:SEED]
+    #[arg(value_name = "SUITE", required_unless_present = "suite_option")]
+    pub suite: Option<String>,
+    /// The same by name
+    #[arg(long = "suite", id = "suite_option", value_name = "SUITE", conflicts_with = "suite")]
+    pub suite_option: Option<String>,
+    #[command(flatten)]
+    pub planner: PlannerArgs,
+    #[command(flatten)]
+    pub judge: JudgeArgs,
+    /// Trials of each problem
+    #[arg(long, default_value_t = 5, value_name = "N")]
+    pub trials: u64,
+    /// A trial fails after this many actions [default: 16 with the pmbs profile, else 30]
+    #[arg(long, value_name = "N")]
+    pub max_actions: Option<usize>,
+    /// Conventions for original test cases and generated problems
+    #[arg(long, value_enum, default_value = "auto")]
+    pub profile: ProfileArg,
+    #[command(flatten)]
+    pub json: JsonArgs,
+}
+
+impl RunArgs {
+    pub fn suite(&self) -> &str {
+        self.suite.as_deref().or(self.suite_option.as_deref()).unwrap_or_default()
+    }
+}
+
+#[derive(Debug, Args)]
+pub struct GenerateArgs {
+    /// Folder that the scenes are written to; made if it does not exist
+    #[arg(value_name = "FOLDER")]
+    pub folder: PathBuf,
+    /// Number of problems
+    #[arg(long, short = 'n', default_value_t = 20, value_name = "N")]
+    pub count: usize,
+    /// Least and greatest number of bodies, as in 5..9 (both included)
+    #[arg(long, value_name = "A..B", value_parser = parse_range)]
+    pub bodies: Option<(usize, usize)>,
+    /// Workspace and masses
+    #[arg(long, value_enum, default_value = "more")]
+    pub profile: ProfileArg,
+    /// A gripper to take the place of the profile's
+    #[arg(long, value_name = "NAME")]
+    pub gripper: Option<String>,
+    /// Seed of everything random
+    #[arg(long, default_value_t = 0, value_name = "N")]
+    pub seed: u64,
+    #[command(flatten)]
+    pub json: JsonArgs,
+}
+
+fn parse_range(text: &str) -> Result<(usize, usize), String> {
+    let number = |part: &str| part.parse::<usize>().map_err(|e| format!("`{part}`: {e}"));
+    let (low, high) = match text.split_once("..") {
+        Some((low, high)) => (number(low)?, number(high.strip_prefix('=').unwrap_or(high))?),
+        None => (number(text)?, number(text)?),
+    };
+    if low == 0 || low > high {
+        return Err(format!("{low}..{high} is no range of body counts; write the least, two dots, the greatest"));
+    }
+    Ok((low, high))
+}
+
+#[derive(Debug, Args)]
+pub struct FidelityArgs {
+    /// Recorded pushes, one JSON object a line
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+    #[command(flatten)]
+    pub physics: PhysicsArgs,
+    /// Recorded result to compare with
+    #[arg(long, value_enum, default_value = "recorded")]
+    pub against: AgainstArg,
+    #[command(flatten)]
+    pub json: JsonArgs,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum AgainstArg {
+    /// The push as it was recorded
+    Recorded,
+    /// The same push in a fresh world
+    Fresh,
+}
+
+impl From<AgainstArg> for Against {
+    fn from(arg: AgainstArg) -> Against {
+        match arg {
+            AgainstArg::Recorded => Against::Recorded,
+            AgainstArg::Fresh => Against::Fresh,
+        }
+    }
+}
+
+#[derive(Debug, Args)]
+pub struct BenchPushArgs {
+    /// Recorded pushes to repeat [default: pushes sampled in generated scenes]
+    #[arg(value_name = "FILE")]
+    pub file: Option<PathBuf>,
+    /// Engine to measure
+    #[arg(long, default_value = "rapier", value_name = "ENGINE")]
+    pub physics: String,
+    /// Measure this preset only
+    #[arg(long, value_name = "NAME")]
+    pub preset: Option<String>,
+    /// Time to measure for, in seconds; every variant runs at least three times
+    #[arg(long, default_value_t = 20.0, value_name = "SECONDS")]
+    pub seconds: f64,
+    /// Seed of the generated scenes
+    #[arg(long, default_value_t = 0, value_name = "N")]
+    pub seed: u64,
+    #[command(flatten)]
+    pub json: JsonArgs,
+}
+
+#[derive(Debug, Args)]
+pub struct BenchSearchArgs {
+    /// A scene to plan in [default: a generated one of seven bodies]
+    #[arg(value_name = "SCENE")]
+    pub scene: Option<PathBuf>,
+    #[command(flatten)]
+    pub planner: PlannerArgs,
+    /// Decisions to measure punctuality with
+    #[arg(long, default_value_t = 1000, value_name = "N")]
+    pub decisions: usize,
+    #[command(flatten)]
+    pub json: JsonArgs,
+}
+
+#[derive(Debug, Args)]
+pub struct RenderArgs {
+    /// A scene file, an original test case, or a plan written by `plan --json`
+    #[arg(value_name = "SCENE|PLAN")]
+    pub input: PathBuf,
+    /// The picture
+    #[arg(long, short, value_name = "FILE")]
+    pub output: PathBuf,
+    /// Conventions for an original test case
+    #[arg(long, value_enum, default_value = "auto")]
+    pub profile: ProfileArg,
+}
+
+/// Reads the arguments. Help and version go to standard output; a mistake becomes one line.
+pub fn parse() -> Outcome<Option<Cli>> {
+    match Cli::try_parse() {
+        Ok(cli) => Ok(Some(cli)),
+        Err(error) if !error.use_stderr() => {
+            crate::output::emit(&error.to_string())?;
+            Ok(None)
+        }
+        Err(error) if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            Err(Failure::usage("a command is missing; see --help"))
+        }
+        Err(error) => {
+            let text = error.to_string();
+            let text = text.strip_prefix("error: ").unwrap_or(&text);
+            let end = ["\n\nUsage:", "\n\nFor more information"].iter().filter_map(|m| text.find(m)).min();
+            let reason = text[..end.unwrap_or(text.len())].split_whitespace().collect::<Vec<_>>().join(" ");
+            Err(Failure::usage(format!("{reason}; see --help")))
+        }
+    }
+}

@@ -1,0 +1,54 @@
+//! `jostle generate`: random problems as scene files.
+
+use jostle::eval::{needs_push, with_gripper};
+use jostle::scene::Gripper;
+use jostle::scene::generate::{Generator, GeneratorParams};
+use serde::Serialize;
+
+use crate::args::GenerateArgs;
+use crate::output::{self, Failure, Outcome};
+
+#[derive(Serialize)]
+struct Report {
+    version: &'static str,
+    seed: u64,
+    gripper: String,
+    files: Vec<Written>,
+}
+
+#[derive(Serialize)]
+struct Written {
+    file: String,
+    bodies: usize,
+}
+
+pub fn run(args: &GenerateArgs) -> Outcome<()> {
+    let defaults = GeneratorParams::default();
+    let params = GeneratorParams {
+        bodies: args.bodies.map_or(defaults.bodies, |(least, most)| least..=most),
+        profile: args.profile.profile().unwrap_or_default(),
+        ..defaults
+    };
+    let gripper = args.gripper.as_deref().map_or_else(|| Ok(Gripper::default()), Gripper::by_name)?;
+    let generator = Generator::new(params, args.seed)?;
+    // Whether a push is needed depends on the gripper, so it is changed before the test.
+    let problems = generator.generate_filtered(args.count, |problem| {
+        with_gripper(problem, &gripper).and_then(|problem| needs_push(&problem)).unwrap_or(false)
+    })?;
+    std::fs::create_dir_all(&args.folder).map_err(|e| Failure::failed(format!("{}: {e}", args.folder.display())))?;
+    let mut report = Report {
+        version: env!("CARGO_PKG_VERSION"),
+        seed: args.seed,
+        gripper: gripper.name.clone(),
+        files: Vec::new(),
+    };
+    let mut text = String::new();
+    for problem in problems {
+        let problem = with_gripper(&problem, &gripper)?;
+        let path = args.folder.join(format!("{}.json", problem.name));
+        output::write_file(&path, &problem.to_json()?)?;
+        text.push_str(&format!("{}: {} bodies\n", path.display(), problem.scene.len()));
+        report.files.push(Written { file: path.display().to_string(), bodies: problem.scene.len() });
+    }
+    output::report(args.json.json.as_deref(), &report, &text)
+}

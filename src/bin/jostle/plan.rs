@@ -1,0 +1,99 @@
+//! `jostle plan`: one decision.
+
+use std::fmt::Write as _;
+
+use jostle::action::Action;
+use jostle::eval::{is_original, push_travel, read_problem, with_gripper};
+use jostle::plan::{Control, Outcome as PlanOutcome, Plan, Planner};
+use jostle::scene::Problem;
+
+use crate::args::PlanArgs;
+use crate::output::{self, Outcome};
+use crate::plan_file::PlanFile;
+use crate::render;
+
+pub fn run(args: &PlanArgs) -> Outcome<()> {
+    let mut options = args.planner.options()?;
+    let mut problem = read_problem(&args.scene, args.profile.profile())?;
+    if let Some(gripper) = args.planner.gripper()? {
+        problem = with_gripper(&problem, &gripper)?;
+    }
+    if is_original(&args.scene) {
+        options.push_length.get_or_insert(push_travel(args.profile.of(&args.scene)));
+    }
+    let plan = Planner::new(options)?.solve(&problem, &Control::default())?;
+    if let Some(path) = &args.svg {
+        output::write_file(path, &render::plan_picture(&problem, &plan).render())?;
+    }
+    output::report(args.json.json.as_deref(), &PlanFile::new(&problem, &plan)?, &text(&problem, &plan))
+}
+
+/// The plan for people.
+fn text(problem: &Problem, plan: &Plan) -> String {
+    let scene = &problem.scene;
+    let name = |body: usize| scene.bodies().get(body).map_or("?", |b| b.name.as_str());
+    let mut out = String::new();
+    // Writing to a string does not fail.
+    let _ = writeln!(
+        out,
+        "scene   {}: {} bodies, target \"{}\", gripper {}",
+        problem.name,
+        problem.state.present().count(),
+        name(problem.target),
+        scene.gripper().name
+    );
+    let outcome = match plan.outcome {
+        PlanOutcome::Solved => "solved",
+        PlanOutcome::Partial => "partial: the search ended without a grasp; the best pushes found",
+        PlanOutcome::Infeasible => "infeasible: no grasp and no legal push",
+        PlanOutcome::Budget => "budget used up; the best pushes found",
+        PlanOutcome::Cancelled => "cancelled",
+    };
+    let _ = writeln!(out, "outcome {outcome}");
+    for (i, step) in plan.actions.iter().enumerate() {
+        let _ = match &step.action {
+            Action::Push(p) => writeln!(
+                out,
+                "  {}. push  {}from ({:.3}, {:.3}) to ({:.3}, {:.3}) m: {:.0} mm along {:.0} deg, value {:.3}",
+                i + 1,
+                p.body.map_or(String::new(), |b| format!("\"{}\" ", name(b))),
+                p.start[0],
+                p.start[1],
+                p.end[0],
+                p.end[1],
+                p.length() * 1e3,
+                p.angle().to_degrees(),
+                step.value
+            ),
+            Action::Grasp(g) => writeln!(
+                out,
+                "  {}. grasp \"{}\" at ({:.3}, {:.3}) m, closing along {:.0} deg: opening {:.1} mm, width {:.1} mm, \
+                 margin {:.1} mm, score {:.2}",
+                i + 1,
+                name(g.body),
+                g.position[0],
+                g.position[1],
+                g.angle.to_degrees(),
+                g.opening * 1e3,
+                g.width * 1e3,
+                g.margin * 1e3,
+                g.score
+            ),
+        };
+    }
+    let s = &plan.statistics;
+    let _ = writeln!(
+        out,
+        "search  {}, seed {}: {:.1} ms, {} iterations, {} nodes, {} pushes simulated",
+        plan.planner,
+        plan.seed,
+        s.seconds * 1e3,
+        s.iterations,
+        s.nodes,
+        s.simulations
+    );
+    if let Some(depth) = s.no_plan_within {
+        let _ = writeln!(out, "        every plan of at most {depth} pushes was tried: none ends in a grasp");
+    }
+    out
+}

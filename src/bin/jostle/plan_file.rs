@@ -1,0 +1,143 @@
+//! A plan as a JSON document: the problem it was made for, what to do, what is expected of it.
+
+use jostle::action::Action;
+use jostle::plan::{Outcome as PlanOutcome, Plan, PlanStatistics, PlannedAction, RankedAction};
+use jostle::scene::{Problem, State};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use crate::output::{Failure, Outcome};
+
+/// The version of the document that this tool writes, and the only one it reads.
+const VERSION: u64 = 1;
+
+/// The document. Field `plan_version` tells it from a scene file.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct PlanFile {
+    pub plan_version: u64,
+    pub planner: String,
+    pub seed: u64,
+    pub outcome: PlanOutcome,
+    /// A scene file's object.
+    pub problem: Value,
+    pub actions: Vec<Step>,
+    pub grasp_score: f64,
+    /// Equal for equal plans, bit for bit.
+    pub hash: String,
+    pub statistics: PlanStatistics,
+    #[serde(default)]
+    pub considered: Vec<Considered>,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Step {
+    #[serde(flatten)]
+    pub action: Action,
+    pub value: f64,
+    /// A pose for each body, null for one that is not there.
+    pub predicted: Value,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Considered {
+    #[serde(flatten)]
+    pub action: Action,
+    pub value: f64,
+    pub best_return: f64,
+    pub visits: u64,
+    pub prior: f64,
+    pub solution_level: Option<u32>,
+}
+
+fn parsed(text: &str) -> Outcome<Value> {
+    serde_json::from_str(text).map_err(|e| Failure::failed(format!("the library's JSON: {e}")))
+}
+
+fn poses(state: &State) -> Outcome<Value> {
+    parsed(&state.to_json()?)
+}
+
+impl PlanFile {
+    pub fn new(problem: &Problem, plan: &Plan) -> Outcome<PlanFile> {
+        let step = |a: &PlannedAction| -> Outcome<Step> {
+            Ok(Step { action: a.action, value: a.value, predicted: poses(&a.predicted)? })
+        };
+        let considered = |a: &RankedAction| Considered {
+            action: a.action,
+            value: a.value,
+            best_return: a.best_return,
+            visits: a.visits,
+            prior: a.prior,
+            solution_level: a.solution_level,
+        };
+        Ok(PlanFile {
+            plan_version: VERSION,
+            planner: plan.planner.clone(),
+            seed: plan.seed,
+            outcome: plan.outcome,
+            problem: parsed(&problem.to_json()?)?,
+            actions: plan.actions.iter().map(step).collect::<Outcome<_>>()?,
+            grasp_score: plan.grasp_score,
+            hash: format!("{:016x}", plan.hash_bits()),
+            statistics: plan.statistics,
+            considered: plan.considered.iter().map(considered).collect(),
+        })
+    }
+
+    /// Whether a JSON document is a plan; a scene otherwise.
+    pub fn is_plan(document: &Value) -> bool {
+        document.get("plan_version").is_some()
+    }
+
+    /// The problem and the plan again.
+    pub fn read(document: Value) -> Outcome<(Problem, Plan)> {
+        if document["plan_version"] != VERSION {
+            return Err(Failure::usage(format!(
+                "plan_version: is {}; this tool reads {VERSION}",
+                document["plan_version"]
+            )));
+        }
+        let file: PlanFile = serde_json::from_value(document).map_err(|e| Failure::usage(e.to_string()))?;
+        let problem = Problem::from_json(&file.problem.to_string())?;
+        let step = |(i, step): (usize, &Step)| -> Outcome<PlannedAction> {
+            let after = problem.with_poses_json(&step.predicted.to_string()).or_else(|e| match e {
+                // The target is gone after its grasp, which is no problem to be solved any more.
+                jostle::Error::Argument { field, .. } if field == "target" => grasped(&problem, &step.predicted),
+                other => Err(other.within(&format!("actions[{i}].predicted"))),
+            })?;
+            Ok(PlannedAction { action: step.action, predicted: after.state, value: step.value })
+        };
+        let actions = file.actions.iter().enumerate().map(step).collect::<Outcome<_>>()?;
+        let considered = file.considered.iter().map(|a| RankedAction {
+            action: a.action,
+            value: a.value,
+            best_return: a.best_return,
+            visits: a.visits,
+            prior: a.prior,
+            solution_level: a.solution_level,
+        });
+        let plan = Plan {
+            outcome: file.outcome,
+            actions,
+            grasp_score: file.grasp_score,
+            considered: considered.collect(),
+            statistics: file.statistics,
+            planner: file.planner,
+            seed: file.seed,
+        };
+        Ok((problem, plan))
+    }
+}
+
+/// The problem with the poses of a state in which the target is gone.
+fn grasped(problem: &Problem, predicted: &Value) -> jostle::Result<Problem> {
+    let mut poses = predicted.clone();
+    if let Some(pose) = poses.get_mut(problem.target) {
+        let p = problem.state.pose(problem.target);
+        // Anywhere out of the way: it is taken out again below.
+        *pose = serde_json::json!({"x": p.x + 100.0, "y": p.y, "theta": p.theta});
+    }
+    let mut problem = problem.with_poses_json(&poses.to_string())?;
+    problem.state.set_present(problem.target, false);
+    Ok(problem)
+}

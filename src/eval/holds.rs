@@ -1,0 +1,34 @@
+//! Whether a commanded grasp holds at the true poses.
+
+use crate::action::Grasp;
+use crate::error::Result;
+use crate::grasp::{GraspParams, GraspScratch, GraspTest};
+use crate::scene::{Scene, State};
+
+/// The library's grasp rule without the planner's safety distances: a finger may come down as near to a body as it
+/// likes, but not on it, and the target must pass between the pads. What else the rule asks for (nothing foreign
+/// between the pads, enough cover, gripped faces near parallel) holds unchanged.
+pub struct Jaw {
+    scene: Scene,
+    test: GraspTest,
+    scratch: GraspScratch,
+}
+
+impl Jaw {
+    pub fn new(scene: &Scene) -> Result<Jaw> {
+        let mut gripper = scene.gripper().clone();
+        gripper.grasp.finger_clearance = 0.0;
+        gripper.grasp.fit = 0.0;
+        let mut builder = scene.to_builder();
+        builder.gripper(gripper);
+        Ok(Jaw {
+            scene: builder.build()?,
+            test: GraspTest::new(GraspParams::default())?,
+            scratch: GraspScratch::default(),
+        })
+    }
+
+    pub fn holds(&mut self, state: &State, grasp: &Grasp) -> bool {
+        self.test.check(&self.scene, state, grasp, &mut self.scratch).holds()
+    }
+}

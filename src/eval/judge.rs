@@ -1,0 +1,311 @@
+//! The world that a planner is judged in: not the planner's own model.
+//!
+//! The judge differs from the planner's model as a real table does: a finer engine, friction that is off by an
+//! unknown factor for every body and the tip, and observations with noise. Everything is a function of
+//! (seed, the problem's name, trial, step), so a trial can be run again on its own.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::holds::Jaw;
+use super::metrics::Effect;
+use crate::action::{Action, Grasp, Push};
+use crate::error::{Error, Result, check_range};
+use crate::geom::Pose2;
+use crate::physics::{self, PhysicsOptions, PushStatus, Scratch, Transition};
+use crate::run::{Key, Stop};
+use crate::scene::{Problem, Scene, State};
+
+/// How the judge's world differs from the planner's model.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct JudgeOptions {
+    pub physics: PhysicsOptions,
+    /// The friction of the tip and of every body is scaled by factors drawn uniformly from 1 - this to 1 + this.
+    pub friction_spread: f64,
+    /// Standard deviation of each observed coordinate, metres.
+    pub noise_position_m: f64,
+    /// Standard deviation of each observed heading, radians.
+    pub noise_rotation_rad: f64,
+    pub seed: u64,
+}
+
+impl Default for JudgeOptions {
+    fn default() -> Self {
+        Self {
+            physics: PhysicsOptions::preset("fine"),
+            friction_spread: 0.2,
+            noise_position_m: 0.001,
+            noise_rotation_rad: 1f64.to_radians(),
+            seed: 0,
+        }
+    }
+}
+
+impl JudgeOptions {
+    /// No noise and no spread: the planner's model, if the engine is the same.
+    pub fn exact(physics: PhysicsOptions) -> Self {
+        Self { physics, friction_spread: 0.0, noise_position_m: 0.0, noise_rotation_rad: 0.0, seed: 0 }
+    }
+
+    pub fn validate(&self) -> Result<()> {
+        self.physics.validate().map_err(|e| e.within("judge"))?;
+        check_range("judge.friction_spread", self.friction_spread, 0.0..=0.9)?;
+        check_range("judge.noise_position_m", self.noise_position_m, 0.0..=0.02)?;
+        check_range("judge.noise_rotation_rad", self.noise_rotation_rad, 0.0..=0.5)
+    }
+}
+
+/// Observations that no perception would report (bodies deep in each other) are drawn again this often at full noise;
+/// then the noise shrinks by a tenth with every further draw.
+const FULL_NOISE_DRAWS: u64 = 32;
+
+/// The true world of one trial.
+pub struct Judge {
+    options: JudgeOptions,
+    /// The scene as the planner knows it.
+    nominal: Arc<Scene>,
+    engine: Arc<dyn Transition>,
+    scratch: Scratch,
+    jaw: Jaw,
+    name: String,
+    target: usize,
+    truth: State,
+    key: Key,
+    observations: u64,
+}
+
+impl Judge {
+    /// The world of trial `trial` of a problem.
+    pub fn new(problem: &Problem, options: &JudgeOptions, trial: u64) -> Result<Judge> {
+        Self::with_engine(problem, options, trial, &|scene| physics::engine(&options.physics, scene))
+    }
+
+    /// The same with an engine of the caller's, prepared for the perturbed scene.
+    pub fn with_engine(
+        problem: &Problem,
+        options: &JudgeOptions,
+        trial: u64,
+        engine: &dyn Fn(Arc<Scene>) -> Result<Arc<dyn Transition>>,
+    ) -> Result<Judge> {
+        options.validate()?;
+        // FNV-1a: cases of a suite get draws of their own, whichever of them are run.
+        let name_hash = problem
+            .name
+            .bytes()
+            .fold(0xcbf2_9ce4_8422_2325u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
+        let key = Key::new(options.seed).child(name_hash).child(trial);
+        let scene = perturbed(&problem.scene, options.friction_spread, key.child(0));
+        let engine = engine(Arc::new(scene))?;
+        Ok(Judge {
+            options: options.clone(),
+            nominal: Arc::clone(&problem.scene),
+            scratch: engine.scratch(),
+            engine,
+            jaw: Jaw::new(&problem.scene)?,
+            name: problem.name.clone(),
+            target: problem.target,
+            truth: problem.state.clone(),
+            key: key.child(1),
+            observations: 0,
+        })
+    }
+
+    /// Where the bodies really are.
+    pub fn truth(&self) -> &State {
+        &self.truth
+    }
+
+    /// The perturbed scene.
+    pub fn scene(&self) -> &Scene {
+        self.engine.scene()
+    }
+
+    /// The target is outside the workspace, by the workspace's rule.
+    pub fn target_left(&self) -> bool {
+        let pose = self.truth.pose(self.target);
+        !self.nominal.workspace().holds(&self.nominal.body(self.target).footprint, &pose)
+    }
+
+    /// What a camera reports now: every call draws new noise.
+    pub fn observe(&mut self) -> State {
+        let key = self.key.child(self.observations);
+        self.observations += 1;
+        for draw in 0..FULL_NOISE_DRAWS + 40 {
+            let scale = 0.9f64.powi(draw.saturating_sub(FULL_NOISE_DRAWS) as i32);
+            let observed = self.noisy(key.child(draw), scale);
+            if self.nominal.check_state(&observed).is_ok() {
+                return observed;
+            }
+        }
+        self.truth.clone()
+    }
+
+    /// The problem as observed now.
+    pub fn observed_problem(&mut self) -> Problem {
+        Problem {
+            name: self.name.clone(),
+            scene: Arc::clone(&self.nominal),
+            state: self.observe(),
+            target: self.target,
+        }
+    }
+
+    fn noisy(&self, key: Key, scale: f64) -> State {
+        let position = self.options.noise_position_m * scale;
+        let rotation = self.options.noise_rotation_rad * scale;
+        let mut observed = self.truth.clone();
+        for (i, pose) in self.truth.iter() {
+            let mut draw = key.child(i as u64).stream();
+            observed.set_pose(
+                i,
+                Pose2::new(
+                    pose.x + position * draw.normal(),
+                    pose.y + position * draw.normal(),
+                    pose.theta + rotation * draw.normal(),
+                ),
+            );
+        }
+        observed
+    }
+
+    /// Does it in the true world.
+    pub fn execute(&mut self, action: &Action) -> Result<Effect> {
+        match action {
+            Action::Push(push) => self.push(push),
+            Action::Grasp(grasp) => Ok(self.grasp(grasp)),
+        }
+    }
+
+    fn push(&mut self, push: &Push) -> Result<Effect> {
+        let result = self.engine.step(&mut self.scratch, &self.truth, push, &Stop::never());
+        match result.status {
+            PushStatus::Executed => {
+                self.truth = result.state;
+                Ok(Effect::Pushed)
+            }
+            PushStatus::Illegal { .. } => Ok(Effect::Blocked),
+            PushStatus::Interrupted => Err(Error::Internal("the judge's engine stopped in mid push".into())),
+        }
+    }
+
+    /// The grasp was planned for observed poses; it holds if the test passes for it at the true ones.
+    fn grasp(&mut self, grasp: &Grasp) -> Effect {
+        if grasp.body != self.target || !self.jaw.holds(&self.truth, grasp) {
+            return Effect::Missed;
+        }
+        self.truth.set_present(self.target, false);
+        Effect::Grasped
+    }
+}
+
+/// The scene with every friction scaled by a factor of its own.
+fn perturbed(scene: &Scene, spread: f64, key: Key) -> Scene {
+    let mut draw = key.stream();
+    let mut factor = || draw.uniform(1.0 - spread, 1.0 + spread);
+    let tip = factor();
+    let bodies: Vec<f64> = (0..scene.len()).map(|_| factor()).collect();
+    scene.with_scaled_friction(tip, &bodies)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{Slide, row, squeeze};
+    use super::*;
+    use crate::geom::vec2;
+
+    fn judge(options: &JudgeOptions, trial: u64) -> Judge {
+        let engine = |scene| Ok(Arc::new(Slide { scene, offset: Pose2::new(0.03, 0.0, 0.0) }) as Arc<dyn Transition>);
+        Judge::with_engine(&row(), options, trial, &engine).unwrap()
+    }
+
+    #[test]
+    fn a_trial_is_the_same_again_and_different_from_others() {
+        let options = JudgeOptions::default();
+        let (mut a, mut b) = (judge(&options, 0), judge(&options, 0));
+        assert_eq!(a.scene(), b.scene());
+        let first = a.observe();
+        assert_eq!(first, b.observe());
+        assert_ne!(first, a.observe(), "every look is another one");
+        let mut other = judge(&options, 1);
+        assert_ne!(first, other.observe());
+        assert_ne!(a.scene().friction(), other.scene().friction());
+        let mut reseeded = judge(&JudgeOptions { seed: 1, ..options.clone() }, 0);
+        assert_ne!(first, reseeded.observe());
+        let renamed = Problem { name: "other".into(), ..row() };
+        let engine = |scene| Ok(Arc::new(Slide { scene, offset: Pose2::IDENTITY }) as Arc<dyn Transition>);
+        assert_ne!(first, Judge::with_engine(&renamed, &options, 0, &engine).unwrap().observe());
+    }
+
+    #[test]
+    fn what_was_observed_does_not_depend_on_what_was_done() {
+        let (mut a, mut b) = (judge(&JudgeOptions::default(), 3), judge(&JudgeOptions::default(), 3));
+        a.observe();
+        b.observe();
+        b.execute(&Action::Push(Push::new(vec2(0.4, 0.0), vec2(0.45, 0.0)))).unwrap();
+        let (a, b) = (a.observe(), b.observe());
+        assert_eq!(a.pose(1), b.pose(1));
+        assert!((b.pose(0).x - a.pose(0).x - 0.03).abs() < 1e-6, "the same noise on a moved body");
+    }
+
+    #[test]
+    fn friction_and_noise_are_as_wide_as_asked() {
+        let options = JudgeOptions { noise_rotation_rad: 0.0, ..JudgeOptions::default() };
+        let nominal = row();
+        let (mut sum, mut n, mut least, mut greatest) = (0.0, 0.0, f64::MAX, f64::MIN);
+        for trial in 0..200 {
+            let mut judge = judge(&options, trial);
+            let factor = judge.scene().body(0).friction / nominal.scene.body(0).friction;
+            (least, greatest) = (f64::min(least, factor), f64::max(greatest, factor));
+            for (i, pose) in judge.observe().iter() {
+                assert_eq!(pose.theta, nominal.state.pose(i).theta);
+                sum += (pose.x - nominal.state.pose(i).x).powi(2);
+                n += 1.0;
+            }
+        }
+        assert!((0.8..0.82).contains(&least) && (1.18..=1.2).contains(&greatest), "{least} {greatest}");
+        let sd = f64::sqrt(sum / n);
+        assert!((sd - 0.001).abs() < 1.5e-4, "{sd}");
+    }
+
+    #[test]
+    fn the_exact_judge_is_the_model() {
+        let mut judge = judge(&JudgeOptions::exact(PhysicsOptions::default()), 0);
+        assert_eq!(judge.observe(), row().state);
+        assert_eq!(*judge.scene(), *row().scene);
+    }
+
+    #[test]
+    fn a_push_onto_a_body_is_blocked_and_moves_nothing() {
+        let mut judge = Judge::new(&row(), &JudgeOptions::default(), 0).unwrap();
+        let before = judge.truth().clone();
+        let onto = Push::new(vec2(0.5, 0.0), vec2(0.6, 0.0));
+        assert_eq!(judge.execute(&Action::Push(onto)).unwrap(), Effect::Blocked);
+        assert_eq!(*judge.truth(), before);
+        let beside = Push::new(vec2(0.44, 0.0), vec2(0.52, 0.0));
+        assert_eq!(judge.execute(&Action::Push(beside)).unwrap(), Effect::Pushed);
+        assert!(judge.truth().pose(0).x > before.pose(0).x + 0.01);
+    }
+
+    #[test]
+    fn a_grasp_holds_at_the_true_poses_or_not_at_all() {
+        let mut judge = judge(&JudgeOptions::default(), 0);
+        let problem = row();
+        let good = squeeze(&problem, [0.5, 0.0]);
+        let beside = squeeze(&problem, [0.5, 0.06]);
+        assert_eq!(judge.execute(&Action::Grasp(beside)).unwrap(), Effect::Missed);
+        assert_eq!(judge.execute(&Action::Grasp(Grasp { body: 1, ..good })).unwrap(), Effect::Missed);
+        assert!(judge.truth().is_present(0));
+        assert_eq!(judge.execute(&Action::Grasp(good)).unwrap(), Effect::Grasped);
+        assert!(!judge.truth().is_present(0));
+    }
+
+    #[test]
+    fn bad_options_are_named() {
+        let bad = JudgeOptions { friction_spread: 1.5, ..JudgeOptions::default() };
+        assert!(bad.validate().unwrap_err().to_string().starts_with("judge.friction_spread"));
+        let bad = JudgeOptions { physics: PhysicsOptions::preset("finest"), ..JudgeOptions::default() };
+        assert!(bad.validate().unwrap_err().to_string().starts_with("judge.physics.preset"));
+    }
+}

@@ -1,0 +1,30 @@
+//! Evaluation: a planner in closed loop with a judge, suites of problems, and the numbers that come of it.
+//!
+//! ```text
+//! Suite::open -> run_suite -> Report
+//!                  run_case: every trial with a fresh Planner and a fresh Judge
+//!                    run_trial: observe, decide, execute the first action, until the target is out
+//! ```
+//!
+//! Trials run one after the other: a planner uses the threads it was given.
+
+mod closed_loop;
+mod fidelity;
+mod holds;
+mod judge;
+mod metrics;
+mod report;
+pub mod statistics;
+mod suite;
+#[cfg(test)]
+mod testing;
+
+pub use closed_loop::{ClosedLoopOptions, DEFAULT_MAX_ACTIONS, Event, Policy, run_case, run_trial};
+pub use fidelity::{
+    Against, AllAgreement, Fidelity, MOVED_POSITION, MOVED_ROTATION, MovedAgreement, RecordedShape, RecordedTip,
+    Recording, compare, read as read_recordings,
+};
+pub use judge::{Judge, JudgeOptions};
+pub use metrics::{CaseReport, Decision, Effect, Mean, Spread, Total, Trial, TrialEnd};
+pub use report::{BudgetReport, Configuration, Report, run_suite};
+pub use suite::{Refused, Suite, is_original, max_actions, needs_push, push_travel, read_problem, with_gripper};

@@ -1,0 +1,208 @@
+//! Suites of problems: a folder, a file, or problems generated on the spot.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::closed_loop::DEFAULT_MAX_ACTIONS;
+use crate::error::{Error, Result};
+use crate::grasp::{GraspParams, GraspScratch, GraspTest};
+use crate::plan::GraspDecision;
+use crate::scene::arc::{self, ArcOptions, ArcProfile};
+use crate::scene::generate::{Generator, GeneratorParams};
+use crate::scene::{Gripper, Problem};
+
+/// Actions after which a trial of an original test case fails. PMBS stops after 16; MORE has no cap, and a generous one
+/// stands for it.
+pub fn max_actions(profile: ArcProfile) -> usize {
+    match profile {
+        ArcProfile::More => DEFAULT_MAX_ACTIONS,
+        ArcProfile::Pmbs => 16,
+    }
+}
+
+/// What a push of an original test case really travels, metres: MORE's robot commands 0.10 m and ends at 0.091 m
+/// (measured in its simulator); PMBS pushes 0.05 m.
+pub fn push_travel(profile: ArcProfile) -> f64 {
+    match profile {
+        ArcProfile::More => 0.091,
+        ArcProfile::Pmbs => profile.push_length(),
+    }
+}
+
+/// A case that could not be read.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Refused {
+    pub name: String,
+    pub reason: String,
+}
+
+/// Problems to be tried, by name.
+#[derive(Debug, Clone)]
+pub struct Suite {
+    pub name: String,
+    pub problems: Vec<Problem>,
+    /// Files that hold no usable problem. They are not counted.
+    pub refused: Vec<Refused>,
+    /// The conventions that were asked for, or those of its original test cases; none if it holds none.
+    pub profile: Option<ArcProfile>,
+}
+
+impl Suite {
+    /// Opens `generated:N[:SEED]`, a folder of scenes (`.json` and original `.txt` cases), or one such file.
+    /// Without a `profile`, original cases follow the one that their folder's name says.
+    pub fn open(spec: &str, profile: Option<ArcProfile>) -> Result<Suite> {
+        if let Some(rest) = spec.strip_prefix("generated:") {
+            let (count, seed) = parse_generated(rest)?;
+            let mut suite = Suite::generated(count, seed, profile)?;
+            suite.profile = profile;
+            return Ok(suite);
+        }
+        let path = Path::new(spec);
+        let meta = std::fs::metadata(path).map_err(|e| Error::io(path, e))?;
+        let files = if meta.is_dir() { scene_files(path)? } else { vec![path.to_path_buf()] };
+        if files.is_empty() {
+            return Err(Error::format(path, "holds no scenes; a suite is a folder of .json or .txt files"));
+        }
+        let mut suite = Suite { name: spec.to_string(), problems: Vec::new(), refused: Vec::new(), profile };
+        for file in files {
+            if is_original(&file) {
+                suite.profile.get_or_insert_with(|| ArcProfile::of_path(&file));
+            }
+            match read_problem(&file, profile) {
+                Ok(problem) => suite.problems.push(problem),
+                // One file that is asked for by name is an error of its own.
+                Err(error) if !meta.is_dir() => return Err(error),
+                Err(error) => suite.refused.push(Refused { name: stem(&file), reason: error.to_string() }),
+            }
+        }
+        Ok(suite)
+    }
+
+    /// `count` random problems, none of which is solved by a grasp alone.
+    pub fn generated(count: usize, seed: u64, profile: Option<ArcProfile>) -> Result<Suite> {
+        let profile = profile.unwrap_or_default();
+        let generator = Generator::new(GeneratorParams { profile, ..GeneratorParams::default() }, seed)?;
+        Ok(Suite {
+            name: format!("generated:{count}:{seed}"),
+            problems: generator.generate_filtered(count, |problem| needs_push(problem).unwrap_or(false))?,
+            refused: Vec::new(),
+            profile: None,
+        })
+    }
+
+    /// Takes another gripper for every problem.
+    pub fn set_gripper(&mut self, gripper: &Gripper) -> Result<()> {
+        for problem in &mut self.problems {
+            *problem = with_gripper(problem, gripper)?;
+        }
+        Ok(())
+    }
+
+    /// The grippers' names.
+    pub fn gripper(&self) -> String {
+        let mut names: Vec<&str> = self.problems.iter().map(|p| p.scene.gripper().name.as_str()).collect();
+        names.sort_unstable();
+        names.dedup();
+        names.join(", ")
+    }
+}
+
+/// The problem with another gripper.
+pub fn with_gripper(problem: &Problem, gripper: &Gripper) -> Result<Problem> {
+    let mut builder = problem.scene.to_builder();
+    builder.gripper(gripper.clone());
+    Ok(Problem { scene: Arc::new(builder.build()?), ..problem.clone() })
+}
+
+/// Reads a scene file, or an original test case where the name ends in `.txt`.
+pub fn read_problem(path: &Path, profile: Option<ArcProfile>) -> Result<Problem> {
+    if !is_original(path) {
+        return Problem::read(path);
+    }
+    Ok(arc::read(path, ArcOptions { profile, ..ArcOptions::default() })?.problem)
+}
+
+/// The target cannot be grasped as the problem stands, or not well enough for a planner to do so by default.
+pub fn needs_push(problem: &Problem) -> Result<bool> {
+    let test = GraspTest::new(GraspParams::default())?;
+    let best = test.best(&problem.scene, &problem.state, problem.target, &mut GraspScratch::default());
+    Ok(best.is_none_or(|grasp| grasp.score < GraspDecision::default().execute_score))
+}
+
+/// Whether the file is one of the originals' test cases, by its name.
+pub fn is_original(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("txt"))
+}
+
+fn stem(path: &Path) -> String {
+    path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default()
+}
+
+/// The scenes of a folder by name.
+fn scene_files(folder: &Path) -> Result<Vec<PathBuf>> {
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(|e| Error::io(folder, e))? {
+        let path = entry.map_err(|e| Error::io(folder, e))?.path();
+        if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")) || is_original(&path) {
+            files.push(path);
+        }
+    }
+    files.sort();
+    Ok(files)
+}
+
+/// `N[:SEED]`.
+fn parse_generated(text: &str) -> Result<(usize, u64)> {
+    let (count, seed) = text.split_once(':').unwrap_or((text, "0"));
+    let bad = |what: &str| {
+        Error::argument("suite", format!("generated:{text}: {what}; write generated:N or generated:N:SEED"))
+    };
+    let count = count.parse().ok().filter(|n| (1..=100_000).contains(n)).ok_or_else(|| bad("N is not a count"))?;
+    let seed = seed.parse().map_err(|_| bad("SEED is not a number"))?;
+    Ok((count, seed))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_generated_suite_is_named_by_count_and_seed() {
+        assert_eq!(parse_generated("20").unwrap(), (20, 0));
+        assert_eq!(parse_generated("3:7").unwrap(), (3, 7));
+        for bad in ["", "0", "-1", "x", "3:", "3:x", "1000000"] {
+            let error = parse_generated(bad).unwrap_err().to_string();
+            assert!(error.starts_with("suite: generated:"), "{error}");
+        }
+        let suite = Suite::open("generated:2:5", None).unwrap();
+        assert_eq!((suite.problems.len(), suite.refused.len(), suite.profile), (2, 0, None));
+        assert_eq!(suite.gripper(), "robotiq_2f85");
+        assert!(suite.problems.iter().all(|p| needs_push(p).unwrap()));
+        let again = Suite::open("generated:2:5", None).unwrap();
+        assert_eq!(suite.problems[1].state, again.problems[1].state);
+    }
+
+    #[test]
+    fn a_folder_lists_what_it_refuses() {
+        let folder = std::env::temp_dir().join(format!("jostle-suite-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        super::super::testing::row().write(folder.join("b.json")).unwrap();
+        std::fs::write(folder.join("a.json"), "{").unwrap();
+        std::fs::write(folder.join("c.txt"), "cube.urdf 0 0 0 0.5 0 0.0225 0 0\n").unwrap();
+        std::fs::write(folder.join("notes.md"), "no scene").unwrap();
+        let mut suite = Suite::open(&folder.to_string_lossy(), None).unwrap();
+        let broken = Suite::open(&folder.join("a.json").to_string_lossy(), None);
+        std::fs::remove_dir_all(&folder).unwrap();
+        assert!(broken.is_err(), "a file asked for by name is an error");
+        assert_eq!(suite.problems.len(), 1);
+        let refused: Vec<_> = suite.refused.iter().map(|r| r.name.as_str()).collect();
+        assert_eq!(refused, ["a", "c"]);
+        assert!(suite.refused[1].reason.contains("line 1"), "{:?}", suite.refused);
+        assert_eq!(suite.profile, Some(ArcProfile::More));
+        suite.set_gripper(&Gripper::dissertation_mask()).unwrap();
+        assert_eq!(suite.gripper(), "dissertation_mask");
+        assert!(Suite::open("no such folder", None).is_err());
+    }
+}

@@ -1,0 +1,145 @@
+//! The holds that a body's own shape allows, worked out once for a scene: most of the grasp test never changes.
+
+use super::hold::{Hold, Subject};
+use super::jaw::Pieces;
+use super::params::GraspParams;
+use crate::geom::{Footprint, Frame, Vec2, convex_hull};
+use crate::scene::{Grasper, Scene};
+
+/// A hold to try in a state.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Candidate {
+    pub hold: Hold,
+    /// Index into [`BodyTable::directions`].
+    pub direction: usize,
+    /// Height of the pads' middle in the jaw's frame.
+    pub y: f64,
+    pub opening: f64,
+    /// Greatest margin that the state can leave it, metres.
+    pub margin: f64,
+    /// Nearness is measured here.
+    pub guide: bool,
+}
+
+/// The holds of one body.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct BodyTable {
+    /// Best score first, then widest margin, then nearest to the middle, then lowest direction.
+    pub candidates: Vec<Candidate>,
+    /// Closing directions in the body's frame: angle, sine and cosine.
+    pub directions: Vec<(f64, f64, f64)>,
+    /// No part of the jaw is farther from the body's origin, metres.
+    pub reach: f64,
+    area: f64,
+    radius: f64,
+}
+
+/// The holds of every body of a scene.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Tables {
+    pub bodies: Vec<BodyTable>,
+    grasper: Grasper,
+}
+
+impl Tables {
+    pub fn new(scene: &Scene, params: &GraspParams) -> Tables {
+        let grasper = scene.gripper().grasp;
+        Tables {
+            bodies: scene.bodies().iter().map(|b| BodyTable::new(&b.footprint, &grasper, params)).collect(),
+            grasper,
+        }
+    }
+
+    /// The tables were made for footprints and a gripper like this scene's.
+    pub fn fits(&self, scene: &Scene) -> bool {
+        self.bodies.len() == scene.len()
+            && self.grasper == scene.gripper().grasp
+            && self
+                .bodies
+                .iter()
+                .zip(scene.bodies())
+                .all(|(t, b)| t.area == b.footprint.area && t.radius == b.footprint.radius)
+    }
+}
+
+impl BodyTable {
+    fn new(footprint: &Footprint, grasper: &Grasper, params: &GraspParams) -> BodyTable {
+        let subject = Subject::new(footprint);
+        let zero = longest_side_normal(footprint);
+        let directions: Vec<(f64, f64, f64)> = (0..params.angles)
+            .map(|k| {
+                let angle = zero + std::f64::consts::PI * k as f64 / params.angles as f64;
+                let (sin, cos) = angle.sin_cos();
+                (angle, sin, cos)
+            })
+            .collect();
+        let full = [grasper.opening];
+        let openings = if params.pre_openings.is_empty() { &full[..] } else { &params.pre_openings[..] };
+        let mut candidates = Vec::new();
+        let mut pieces = Pieces::default();
+        for (direction, &(_, sin, cos)) in directions.iter().enumerate() {
+            let seen = Frame { origin: Vec2::zeros(), sin: -sin, cos };
+            let centre = seen.point(footprint.centroid).y;
+            for j in 0..params.offsets {
+                let y = centre + offset(j, params);
+                for &opening in openings.iter().filter(|o| **o <= grasper.opening) {
+                    let hold = subject.hold(&seen, y, opening, grasper, &params.score, &mut pieces);
+                    let Some(hold) = hold.filter(|h| h.allowed(grasper)) else { continue };
+                    let margin =
+                        hold.fit_spare(hold.middle(), opening, grasper).min(hold.cover - grasper.min_cover).max(0.0);
+                    candidates.push(Candidate { hold, direction, y, opening, margin, guide: false });
+                }
+            }
+        }
+        let off = |c: &Candidate| {
+            let (_, sin, cos) = directions[c.direction];
+            let seen = Frame { origin: Vec2::zeros(), sin: -sin, cos };
+            quantum((c.y - seen.point(footprint.centroid).y).abs())
+        };
+        // Rounded, so that equals stay in the order of their directions.
+        candidates.sort_by_key(|c| {
+            (std::cmp::Reverse(quantum(c.hold.score)), std::cmp::Reverse(quantum(c.margin)), off(c), c.direction)
+        });
+        let mut guides = vec![0; params.angles];
+        for c in &mut candidates {
+            guides[c.direction] += 1;
+            c.guide = guides[c.direction] <= params.near_offsets;
+        }
+        let half_width = grasper.finger_width / 2.0 + grasper.finger_clearance;
+        let reach = candidates
+            .iter()
+            .map(|c| {
+                let x = c.hold.lo.abs().max(c.hold.hi.abs());
+                let along = x + c.opening / 2.0 + grasper.finger_thickness + grasper.finger_clearance;
+                along.hypot(c.y.abs() + half_width)
+            })
+            .fold(0.0, f64::max);
+        BodyTable { candidates, directions, reach, area: footprint.area, radius: footprint.radius }
+    }
+}
+
+/// A measure as a whole number of 1e-9.
+fn quantum(x: f64) -> i64 {
+    (x * 1e9).round() as i64
+}
+
+/// The j-th position along the pads, from -reach to reach.
+fn offset(j: usize, params: &GraspParams) -> f64 {
+    if params.offsets < 2 {
+        return 0.0;
+    }
+    params.offset_reach * (2.0 * j as f64 / (params.offsets - 1) as f64 - 1.0)
+}
+
+/// Angle of the normal of the hull's longest side, the first of several.
+fn longest_side_normal(footprint: &Footprint) -> f64 {
+    let hull = convex_hull(&footprint.outlines.concat());
+    let mut best = (0.0, 0.0);
+    for (i, p) in hull.iter().enumerate() {
+        let side = hull[(i + 1) % hull.len()] - p;
+        if side.norm() > best.0 + 1e-9 {
+            best = (side.norm(), (-side.x).atan2(side.y));
+        }
+    }
+    best.1
+}

@@ -1,0 +1,435 @@
+//! The geometric grasp test.
+
+use super::hold::{Hold, Subject};
+use super::jaw::{Band, Pieces};
+use super::params::GraspParams;
+use super::scorer::GraspAssessment;
+use super::table::{BodyTable, Candidate, Tables};
+use crate::action::Grasp;
+use crate::error::Result;
+use crate::geom::{Frame, Pose2, Vec2, vec2};
+use crate::scene::{Grasper, Scene, State};
+
+/// Scores and margins closer than this are equal: rounding must not choose between grasps.
+const EQUAL: f64 = 1e-9;
+
+/// Finds vertical two-finger grasps from footprints alone.
+///
+/// The rule, all measures being the gripper's ([`Grasper`]): the open fingers, two rectangles outside the opening, keep
+/// `finger_clearance` to every body on all sides; the target between the pads leaves `fit` on either side; no other
+/// body reaches into the space between the fingers, but for the outer `pad_edge` on either side; the pads cover at
+/// least `min_cover` of the target; the gripped faces are at most `max_wedge` out of parallel. Clearance is kept
+/// as a rectangle grown on all sides, as image masks do. Exact for convex pieces and discs.
+///
+/// Directions and positions are the body's own, so the result turns and moves with the scene.
+///
+/// Thread rule: shared freely between threads; a scratch is used by one thread at a time.
+#[derive(Debug, Clone)]
+pub struct GraspTest {
+    params: GraspParams,
+    tables: Option<Tables>,
+}
+
+/// Working memory of the grasp test for one thread.
+#[derive(Debug, Default)]
+pub struct GraspScratch {
+    /// The other bodies near the target.
+    near: Vec<(usize, Frame)>,
+    /// The same as the jaw sees them, for each direction that was needed.
+    views: Vec<View>,
+    /// What the pads' height leaves in the way.
+    blocks: Vec<Block>,
+    /// Blocked positions of the jaw, sorted.
+    blocked: Vec<(f64, f64)>,
+    /// Working memory of a single check.
+    pieces: Pieces,
+}
+
+#[derive(Debug, Default)]
+struct View {
+    ready: bool,
+    pieces: Pieces,
+}
+
+/// A piece in the way of a finger or of the jaw: positions of the jaw's middle between `lo` and `hi` are blocked.
+#[derive(Debug, Clone, Copy)]
+struct Block {
+    body: usize,
+    lo: f64,
+    hi: f64,
+    /// How far the piece would have to go along the pads to be out of the way.
+    depth: f64,
+}
+
+/// A condition of the grasp rule.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Limit {
+    /// The target is not there, may not be grasped, or is not between the pads.
+    Missing,
+    /// The gripped faces are too far out of parallel.
+    Wedge,
+    /// The target's width in the opening.
+    Width,
+    /// The length of the target that the pads cover.
+    Cover,
+    /// The clearance of a finger to this body.
+    Finger { body: usize },
+    /// This body reaches between the fingers.
+    Jaw { body: usize },
+}
+
+/// What the rule says of one grasp.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GraspCheck {
+    /// Least spare room of all conditions that are lengths, metres.
+    pub margin: f64,
+    /// The condition with the least spare room, or the one that is not met and has no length.
+    pub limit: Limit,
+    /// Angle between the gripped faces, radians.
+    pub wedge: f64,
+    /// Width of the target between the pads, metres.
+    pub width: f64,
+    /// Quality in [0, 1]; 0 where a condition is not met.
+    pub score: f64,
+}
+
+impl GraspCheck {
+    /// All conditions hold.
+    pub fn holds(&self) -> bool {
+        self.margin >= 0.0 && !matches!(self.limit, Limit::Missing | Limit::Wedge)
+    }
+}
+
+/// The best grasp so far.
+#[derive(Clone, Copy)]
+struct Best {
+    candidate: Candidate,
+    x: f64,
+    margin: f64,
+    score: f64,
+}
+
+impl GraspTest {
+    pub fn new(params: GraspParams) -> Result<Self> {
+        params.validate()?;
+        Ok(Self { params, tables: None })
+    }
+
+    pub fn params(&self) -> &GraspParams {
+        &self.params
+    }
+
+    /// The same test with all that does not depend on poses worked out for this scene. The result is the same without
+    /// it, and much slower. It may be used on any scene with the same footprints and gripper.
+    #[must_use]
+    pub fn prepared(&self, scene: &Scene) -> Self {
+        Self { params: self.params.clone(), tables: Some(Tables::new(scene, &self.params)) }
+    }
+
+    fn with_tables<R>(&self, scene: &Scene, run: impl FnOnce(&Tables) -> R) -> R {
+        match &self.tables {
+            Some(tables) if tables.fits(scene) => run(tables),
+            _ => run(&Tables::new(scene, &self.params)),
+        }
+    }
+
+    /// The best grasp of a body: highest score, then widest margin, then nearest to the body's middle, then lowest
+    /// direction. None where there is none, or the body is absent or not pickable.
+    /// `state` must belong to `scene`. No memory is allocated once `scratch` is warm and the test is prepared.
+    pub fn best(&self, scene: &Scene, state: &State, body: usize, scratch: &mut GraspScratch) -> Option<Grasp> {
+        self.with_tables(scene, |tables| self.search(tables, scene, state, body, scratch, None))
+    }
+
+    /// The best grasp of any body that is present and pickable; the lowest index of equals.
+    pub fn best_any(&self, scene: &Scene, state: &State, scratch: &mut GraspScratch) -> Option<Grasp> {
+        self.with_tables(scene, |tables| {
+            let mut best: Option<Grasp> = None;
+            for (body, _) in state.iter() {
+                let Some(grasp) = self.search(tables, scene, state, body, scratch, None) else { continue };
+                let better = best.is_none_or(|b| {
+                    grasp.score > b.score + EQUAL || (grasp.score > b.score - EQUAL && grasp.margin > b.margin + EQUAL)
+                });
+                if better {
+                    best = Some(grasp);
+                }
+            }
+            best
+        })
+    }
+
+    /// The best grasp, and how near the state is to allowing one.
+    pub fn assess(&self, scene: &Scene, state: &State, body: usize, scratch: &mut GraspScratch) -> GraspAssessment {
+        self.with_tables(scene, |tables| {
+            let mut violation = f64::INFINITY;
+            let grasp = self.search(tables, scene, state, body, scratch, Some(&mut violation));
+            match grasp {
+                Some(g) => GraspAssessment { grasp, score: g.score, nearness: 1.0 },
+                // Below 1 whatever the scale.
+                None => GraspAssessment {
+                    grasp,
+                    score: 0.0,
+                    nearness: 0.999 * (-violation / self.params.nearness_scale).exp(),
+                },
+            }
+        })
+    }
+
+    /// The best grasp. Where there is none and it is asked for, the least violation of the rule, metres: at one hold,
+    /// the sum over the bodies in the way of how far each would have to go.
+    fn search(
+        &self,
+        tables: &Tables,
+        scene: &Scene,
+        state: &State,
+        body: usize,
+        scratch: &mut GraspScratch,
+        mut violation: Option<&mut f64>,
+    ) -> Option<Grasp> {
+        let table = tables.bodies.get(body)?;
+        if !state.is_present(body) || !scene.body(body).pickable {
+            return None;
+        }
+        let grasper = &scene.gripper().grasp;
+        let GraspScratch { near, views, blocks, blocked, .. } = scratch;
+        let pose = state.pose(body);
+        let own = pose.frame();
+        near.clear();
+        near.extend(state.iter().filter(|(i, _)| *i != body).filter_map(|(i, other)| {
+            let away = other.position() - own.origin;
+            let reach = table.reach + scene.body(i).footprint.radius;
+            (away.norm_squared() < reach * reach).then(|| (i, seen_from(&own, &other.frame())))
+        }));
+        if views.len() < table.directions.len() {
+            views.resize_with(table.directions.len(), View::default);
+        }
+        views.iter_mut().for_each(|v| v.ready = false);
+
+        let mut best: Option<Best> = None;
+        for candidate in &table.candidates {
+            if let Some(b) = &best {
+                // Sorted by score: nothing better comes.
+                if candidate.hold.score < b.score - EQUAL {
+                    break;
+                }
+                if candidate.hold.score <= b.score + EQUAL && candidate.margin <= b.margin + EQUAL {
+                    continue;
+                }
+            }
+            let view = &mut views[candidate.direction];
+            if !view.ready {
+                let (_, sin, cos) = table.directions[candidate.direction];
+                let jaw = Frame { origin: Vec2::zeros(), sin, cos };
+                view.pieces.clear();
+                for (i, frame) in near.iter() {
+                    view.pieces.add(*i, &scene.body(*i).footprint, &seen_from(&jaw, frame));
+                }
+                view.ready = true;
+            }
+            let wanted = candidate.guide && violation.is_some() && best.is_none();
+            let free = collect_blocks(&view.pieces, candidate, grasper, !wanted, blocks)
+                .then(|| roomiest(&candidate.hold, blocks, blocked, self.params.score.full_clearance))
+                .flatten();
+            let Some(x) = free else {
+                if let Some(least) = violation.as_deref_mut().filter(|_| wanted) {
+                    measure(&candidate.hold, blocks, self.params.near_across, least);
+                }
+                continue;
+            };
+            let cap = candidate.margin.max(self.params.score.full_clearance);
+            // A position between the blocks is legal; rounding may say otherwise by a hair.
+            let (spare, _) = clearance(&view.pieces, x, candidate.y, candidate.opening, grasper, cap);
+            let spare = spare.max(0.0);
+            let score = candidate.hold.score * self.params.score.clearance(spare);
+            let margin = spare
+                .min(candidate.hold.fit_spare(x, candidate.opening, grasper).max(0.0))
+                .min((x - candidate.hold.lo).min(candidate.hold.hi - x))
+                .min(candidate.hold.cover - grasper.min_cover);
+            let better =
+                best.is_none_or(|b| score > b.score + EQUAL || (score > b.score - EQUAL && margin > b.margin + EQUAL));
+            if better {
+                best = Some(Best { candidate: *candidate, x, margin, score });
+            }
+        }
+        best.map(|b| to_grasp(&b, table, body, &pose, &own))
+    }
+
+    /// Examines one grasp by the same rule, whatever its direction and position. Its `margin`, `score` and `width`
+    /// are not read.
+    pub fn check(&self, scene: &Scene, state: &State, grasp: &Grasp, scratch: &mut GraspScratch) -> GraspCheck {
+        let missing =
+            GraspCheck { margin: f64::NEG_INFINITY, limit: Limit::Missing, wedge: 0.0, width: 0.0, score: 0.0 };
+        let grasper = &scene.gripper().grasp;
+        let finite = grasp.position.iter().all(|v| v.is_finite()) && grasp.angle.is_finite() && grasp.opening > 0.0;
+        if grasp.body >= scene.len() || !state.is_present(grasp.body) || !scene.body(grasp.body).pickable || !finite {
+            return missing;
+        }
+        let jaw = Pose2::new(grasp.position[0], grasp.position[1], grasp.angle).frame();
+        let seen = seen_from(&jaw, &state.pose(grasp.body).frame());
+        let subject = Subject::new(&scene.body(grasp.body).footprint);
+        let pieces = &mut scratch.pieces;
+        let Some(hold) = subject.hold(&seen, 0.0, grasp.opening, grasper, &self.params.score, pieces) else {
+            return missing;
+        };
+        // `pieces` holds the target now; its own clearance to the fingers is part of the fit.
+        let mut check = GraspCheck {
+            margin: hold.fit_spare(0.0, grasp.opening, grasper),
+            limit: Limit::Width,
+            wedge: hold.wedge,
+            width: hold.width(),
+            score: 0.0,
+        };
+        let mut consider = |spare: f64, limit: Limit| {
+            if spare < check.margin {
+                (check.margin, check.limit) = (spare, limit);
+            }
+        };
+        consider((-hold.lo).min(hold.hi), Limit::Finger { body: grasp.body });
+        if grasp.opening > grasper.opening {
+            consider(grasper.opening - grasp.opening, Limit::Width);
+        }
+        consider(hold.cover - grasper.min_cover, Limit::Cover);
+        pieces.clear();
+        for (i, pose) in state.iter().filter(|(i, _)| *i != grasp.body) {
+            pieces.add(i, &scene.body(i).footprint, &seen_from(&jaw, &pose.frame()));
+        }
+        let (spare, limit) = clearance(pieces, 0.0, 0.0, grasp.opening, grasper, f64::INFINITY);
+        consider(spare, limit);
+        if hold.wedge > grasper.max_wedge {
+            check.limit = Limit::Wedge;
+        } else if check.margin >= 0.0 {
+            check.score = hold.score * self.params.score.clearance(spare);
+        }
+        check
+    }
+}
+
+/// A frame as seen from another.
+fn seen_from(viewer: &Frame, other: &Frame) -> Frame {
+    Frame {
+        origin: viewer.inverse_point(other.origin),
+        sin: other.sin * viewer.cos - other.cos * viewer.sin,
+        cos: other.cos * viewer.cos + other.sin * viewer.sin,
+    }
+}
+
+/// Which positions of the jaw the pieces block, in the order of their bodies. With `stop`: false as soon as one of
+/// them blocks all.
+fn collect_blocks(pieces: &Pieces, c: &Candidate, grasper: &Grasper, stop: bool, blocks: &mut Vec<Block>) -> bool {
+    blocks.clear();
+    let (clear, half) = (grasper.finger_clearance, grasper.finger_width / 2.0);
+    let inner = c.opening / 2.0 - clear;
+    let outer = c.opening / 2.0 + grasper.finger_thickness + clear;
+    let fingers = Band::around(c.y, half + clear);
+    let strip = Band::around(c.y, half - grasper.pad_edge);
+    let hold = &c.hold;
+    for piece in pieces.iter() {
+        if piece.min.x >= hold.hi + outer || piece.max.x <= hold.lo - outer {
+            continue;
+        }
+        let Some((left, right)) = pieces.slice(piece, fingers) else { continue };
+        let depth = (fingers.hi - piece.min.y).min(piece.max.y - fingers.lo);
+        let mut block = |lo: f64, hi: f64, depth: f64| {
+            let inside = lo < hold.hi && hi > hold.lo && lo < hi && depth > 0.0;
+            if inside {
+                blocks.push(Block { body: piece.body, lo, hi, depth });
+            }
+            inside && lo < hold.lo && hi > hold.hi
+        };
+        // The finger at -x, the one at +x, the space between them.
+        let mut all = block(left + inner, right + outer, depth) | block(left - outer, right - inner, depth);
+        if let Some((left, right)) = pieces.slice(piece, strip) {
+            let depth = (strip.hi - piece.min.y).min(piece.max.y - strip.lo);
+            all |= block(left - c.opening / 2.0, right + c.opening / 2.0, depth);
+        }
+        if all && stop {
+            return false;
+        }
+    }
+    true
+}
+
+/// The free position with the most room on either side (room beyond `enough` counts no more), and of equals the one
+/// nearest to the target's middle. The fit bounds the room too.
+fn roomiest(hold: &Hold, blocks: &[Block], blocked: &mut Vec<(f64, f64)>, enough: f64) -> Option<f64> {
+    let middle = hold.middle();
+    blocked.clear();
+    blocked.extend(blocks.iter().map(|b| (b.lo, b.hi)));
+    blocked.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+    let mut best: Option<(f64, f64)> = None;
+    let mut from = hold.lo;
+    for &(lo, hi) in blocked.iter().chain(std::iter::once(&(hold.hi, f64::INFINITY))) {
+        let to = lo.min(hold.hi);
+        if to >= from {
+            let room = ((to - from) / 2.0).min(enough);
+            let x = middle.clamp(from + room, to - room);
+            let better = best.is_none_or(|(r, at)| {
+                room > r + EQUAL || (room > r - EQUAL && (x - middle).abs() < (at - middle).abs() - EQUAL)
+            });
+            if better {
+                best = Some((room, x));
+            }
+        }
+        from = from.max(hi);
+    }
+    best.map(|(_, x)| x)
+}
+
+/// Lowers `least` to the violation at the best of some positions: the sum over bodies of how far each must go.
+fn measure(hold: &Hold, blocks: &[Block], positions: usize, least: &mut f64) {
+    for k in 0..positions {
+        let t = if positions > 1 { k as f64 / (positions - 1) as f64 } else { 0.5 };
+        let x = hold.lo + (hold.hi - hold.lo) * t;
+        let (mut sum, mut worst, mut body) = (0.0, 0.0f64, usize::MAX);
+        for b in blocks {
+            if b.body != body {
+                sum += worst;
+                (worst, body) = (0.0, b.body);
+            }
+            worst = worst.max((x - b.lo).min(b.hi - x).min(b.depth));
+            if sum + worst >= *least {
+                break;
+            }
+        }
+        *least = least.min(sum + worst);
+    }
+}
+
+/// Least spare room of the fingers and of the space between them to the pieces, metres, and what leaves it. Values
+/// from `cap` on may be too small, but are at least `cap`.
+fn clearance(pieces: &Pieces, x: f64, y: f64, opening: f64, grasper: &Grasper, cap: f64) -> (f64, Limit) {
+    let mut best = (f64::INFINITY, Limit::Missing);
+    let finger = vec2(grasper.finger_thickness / 2.0, grasper.finger_width / 2.0);
+    let space = vec2(opening / 2.0, grasper.finger_width / 2.0 - grasper.pad_edge);
+    let off = opening / 2.0 + grasper.finger_thickness / 2.0;
+    let clear = grasper.finger_clearance;
+    for piece in pieces.iter() {
+        for side in [-off, off] {
+            let spare = pieces.growth(piece, vec2(x + side, y), finger, cap.min(best.0) + clear) - clear;
+            if spare < best.0 {
+                best = (spare, Limit::Finger { body: piece.body });
+            }
+        }
+        let spare = pieces.growth(piece, vec2(x, y), space, cap.min(best.0));
+        if spare < best.0 {
+            best = (spare, Limit::Jaw { body: piece.body });
+        }
+    }
+    best
+}
+
+fn to_grasp(b: &Best, table: &BodyTable, body: usize, pose: &Pose2, own: &Frame) -> Grasp {
+    let (angle, sin, cos) = table.directions[b.candidate.direction];
+    let jaw = Frame { origin: Vec2::zeros(), sin, cos };
+    let position = own.point(jaw.point(vec2(b.x, b.candidate.y)));
+    // A closing direction and its reverse are the same grasp.
+    let turned = (pose.theta + angle).rem_euclid(std::f64::consts::PI);
+    Grasp {
+        body,
+        position: [position.x, position.y],
+        angle: if turned < std::f64::consts::PI { turned } else { 0.0 },
+        opening: b.candidate.opening,
+        width: b.candidate.hold.width(),
+        margin: b.margin,
+        score: b.score,
+    }
+}

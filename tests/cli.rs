@@ -1,0 +1,343 @@
+//! The command-line tool as its users see it: reports, exit status, error lines, and the help in `docs/cli.md`.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use serde_json::Value;
+
+fn jostle(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_jostle")).args(args).output().expect("the tool starts")
+}
+
+fn stdout(args: &[&str]) -> String {
+    let output = jostle(args);
+    let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{args:?}: {error}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+fn json(args: &[&str]) -> Value {
+    serde_json::from_str(&stdout(args)).unwrap()
+}
+
+/// Runs a command that must fail with this status, and gives its one line.
+fn failure(status: i32, args: &[&str]) -> String {
+    let output = jostle(args);
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(status), "{args:?}: {text}");
+    assert!(text.starts_with("error: ") && text.lines().count() == 1, "{args:?}: {text}");
+    assert!(output.stdout.is_empty(), "{args:?}");
+    text.trim_end().to_string()
+}
+
+/// A folder that goes with the value.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new() -> Folder {
+        static NEXT: AtomicU32 = AtomicU32::new(0);
+        let name = format!("jostle-cli-{}-{}", std::process::id(), NEXT.fetch_add(1, Ordering::Relaxed));
+        let path = std::env::temp_dir().join(name);
+        std::fs::create_dir_all(&path).unwrap();
+        Folder(path)
+    }
+
+    fn path(&self, name: &str) -> String {
+        self.0.join(name).to_string_lossy().into_owned()
+    }
+
+    /// Two squares so close side by side that the first cannot be grasped along one direction, but along the other.
+    fn scene(&self, name: &str) -> String {
+        let body = |x: f64| {
+            format!(
+                r#"{{"shape": {{"convex_polygon": [[-0.02, -0.02], [0.02, -0.02], [0.02, 0.02], [-0.02, 0.02]]}},
+                    "pose": {{"x": {x}, "y": 0.0, "theta": 0.0}}}}"#
+            )
+        };
+        let text = format!(r#"{{"version": 1, "bodies": [{}, {}], "target": 0}}"#, body(0.5), body(0.542));
+        let path = self.path(name);
+        std::fs::write(&path, text).unwrap();
+        path
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// The original data, which is not part of the repository.
+fn shared(path: &str) -> Option<String> {
+    let root = std::env::var_os("JOSTLE_SHARED")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared"), PathBuf::from);
+    let path = root.join("data").join(path);
+    if !path.exists() {
+        println!("skipped: {} is not there (set JOSTLE_SHARED)", path.display());
+        return None;
+    }
+    Some(path.to_string_lossy().into_owned())
+}
+
+#[test]
+fn a_plan_is_told_written_and_drawn() {
+    let folder = Folder::new();
+    let (scene, svg, plan) = (folder.scene("two.json"), folder.path("plan.svg"), folder.path("plan.json"));
+    let text = stdout(&["plan", &scene, "--iterations", "20", "--threads", "1", "--svg", &svg, "--json", &plan]);
+    assert!(text.contains("outcome solved") && text.contains("1. grasp \"body 0\""), "{text}");
+    assert!(std::fs::read_to_string(&svg).unwrap().starts_with("<svg"));
+    let document: Value = serde_json::from_str(&std::fs::read_to_string(&plan).unwrap()).unwrap();
+    assert_eq!(document["outcome"], "solved");
+    assert_eq!(document["actions"][0]["kind"], "grasp");
+    assert_eq!(document["actions"][0]["predicted"][0], Value::Null, "the target is gone");
+    assert_eq!(document["problem"]["target"], "body 0");
+    let hash = document["hash"].clone();
+    assert_eq!(json(&["plan", &scene, "--iterations", "20", "--threads", "3", "--json"])["hash"], hash);
+
+    let (again, drawn) = (folder.path("again.svg"), folder.path("scene.svg"));
+    stdout(&["render", &plan, "-o", &again]);
+    assert_eq!(std::fs::read_to_string(&svg).unwrap(), std::fs::read_to_string(&again).unwrap());
+    stdout(&["render", &scene, "--output", &drawn]);
+    assert!(std::fs::read_to_string(&drawn).unwrap().starts_with("<svg"));
+}
+
+#[test]
+fn a_run_reports_every_named_number() {
+    let folder = Folder::new();
+    folder.scene("a.json");
+    std::fs::write(folder.path("b.json"), "{}").unwrap();
+    let suite = folder.path("");
+    let args = ["run", &suite, "--iterations", "20", "--trials", "2", "--seed", "3", "--threads", "1", "--json", "-"];
+    let report = json(&args);
+    let case = &report["cases"][0];
+    assert_eq!(case["name"], "a");
+    assert_eq!(case["trials"].as_array().unwrap().len(), 2);
+    assert_eq!(case["trials"][0]["decisions"][0]["action"]["kind"], "grasp");
+    for number in ["mean_actions", "completion"] {
+        assert!(case[number].is_number(), "{number}");
+    }
+    assert_eq!(report["refused"][0]["name"], "b");
+    assert!(report["refused"][0]["reason"].as_str().unwrap().contains("version"));
+    let total = &report["total"];
+    assert_eq!(total["completion"], 1.0);
+    for path in [
+        "/mean_actions",
+        "/actions_per_success",
+        "/grasp_success",
+        "/decisions",
+        "/decision_ms/median",
+        "/decision_ms/p99",
+        "/decision_ms/max",
+        "/planning_s_per_case/mean",
+    ] {
+        assert!(total.pointer(path).is_some_and(Value::is_number), "{path}: {total}");
+    }
+    let configuration = &report["configuration"];
+    assert_eq!(configuration["planner"], "pmbs");
+    assert_eq!(configuration["gripper"], "robotiq_2f85");
+    assert_eq!((&configuration["seed"], &configuration["trials"]), (&3.into(), &2.into()));
+    assert_eq!(configuration["budget"]["iterations"], 20);
+    assert_eq!(configuration["physics"]["preset"], "fast");
+    assert_eq!(configuration["judge"]["physics"]["preset"], "fine");
+    assert_eq!(configuration["judge"]["friction_spread"], 0.2);
+    assert_eq!(configuration["judge"]["noise_position_m"], 0.001);
+    assert_eq!(configuration["version"], env!("CARGO_PKG_VERSION"));
+    assert!(report["machine"]["cores"].is_number());
+
+    let text = stdout(&args[..10]);
+    assert!(text.contains("total") && text.contains("refused b:"), "{text}");
+}
+
+#[test]
+fn a_run_with_a_budget_of_iterations_is_the_same_again() {
+    let run = |threads: &str| {
+        let mut report = json(&[
+            "run",
+            "--suite",
+            "generated:1:4",
+            "--iterations",
+            "10",
+            "--trials",
+            "1",
+            "--max-actions",
+            "2",
+            "--threads",
+            threads,
+            "--lanes",
+            "4",
+            "--gripper",
+            "dissertation_mask",
+            "--judge",
+            "rapier:fast",
+            "--friction-spread",
+            "0.1",
+            "--noise-mm",
+            "0.5",
+            "--noise-deg",
+            "0.5",
+            "--profile",
+            "pmbs",
+            "--json",
+        ]);
+        assert_eq!(report["configuration"]["gripper"], "dissertation_mask");
+        assert_eq!(report["configuration"]["push_length"], 0.05);
+        let decisions = report["cases"][0]["trials"][0]["decisions"].as_array_mut().unwrap();
+        for decision in &mut *decisions {
+            decision["milliseconds"] = Value::Null;
+        }
+        assert!(!decisions.is_empty());
+        Value::Array(decisions.clone())
+    };
+    assert_eq!(run("1"), run("2"));
+}
+
+#[test]
+fn generated_problems_can_be_read_again() {
+    let folder = Folder::new();
+    let out = folder.path("made");
+    let args = ["generate", &out, "--count", "2", "--bodies", "4..6", "--profile", "more", "--seed", "5", "--json"];
+    let report = json(&args);
+    let files = report["files"].as_array().unwrap();
+    assert_eq!(files.len(), 2);
+    for file in files {
+        assert!((4..=6).contains(&file["bodies"].as_u64().unwrap()));
+        let path = file["file"].as_str().unwrap();
+        let first = std::fs::read_to_string(path).unwrap();
+        stdout(&["render", path, "-o", &folder.path("x.svg")]);
+        stdout(&args);
+        assert_eq!(first, std::fs::read_to_string(path).unwrap(), "the same seed writes the same file");
+    }
+}
+
+#[test]
+fn mistakes_end_with_status_2_and_one_line() {
+    let folder = Folder::new();
+    let scene = folder.scene("two.json");
+    let broken = folder.path("broken.json");
+    std::fs::write(&broken, "{\"version\": 1,\n \"bodies\": [}").unwrap();
+    let empty = folder.path("empty");
+    std::fs::create_dir(&empty).unwrap();
+    for (args, wanted) in [
+        (&[][..], "error: a command is missing; see --help"),
+        (&["plan"], "error: the following required arguments were not provided: <SCENE>; see --help"),
+        (&["plan", "no such.json"], "no such.json: "),
+        (&["plan", &broken], "line 2"),
+        (&["plan", &scene, "--planner", "best"], "planner: no planner is named `best`; known: pmbs, mcts"),
+        (&["plan", &scene, "--physics", "box"], "physics.engine: no engine is named `box`"),
+        (&["plan", &scene, "--preset", "finest"], "physics.preset: rapier has no preset `finest`"),
+        (&["plan", &scene, "--gripper", "hand"], "gripper: no gripper is named `hand`"),
+        (&["plan", &scene, "--seconds", "0"], "seconds: is 0; it must be greater than 0"),
+        (&["plan", &scene, "--iterations", "0"], "iterations: is 0"),
+        (&["plan", &scene, "--seconds", "soon"], "invalid value 'soon' for '--seconds <SECONDS>'"),
+        (&["plan", &scene, "--colour"], "unexpected argument '--colour' found"),
+        (&["run", &empty], "holds no scenes"),
+        (&["run", "generated:none"], "generated:none: N is not a count"),
+        (&["run", &scene, "--noise-mm", "-1"], "judge.noise_position_m"),
+        (&["run", &scene, "--trials", "0"], "trials: is 0"),
+        (&["run", &scene, "--judge", "rapier:finest"], "judge.physics.preset"),
+        (&["generate", &empty, "--bodies", "9..5"], "9..5 is no range of body counts"),
+        (&["fidelity", &scene], "line 1"),
+        (&["bench", "push", &scene], "line 1"),
+        (&["render", &scene], "--output <FILE>"),
+    ] {
+        let line = failure(2, args);
+        assert!(line.contains(wanted), "{args:?}: {line}");
+    }
+    let line = failure(1, &["render", &scene, "-o", &folder.path("no/such/folder.svg")]);
+    assert!(line.contains("folder.svg"), "{line}");
+}
+
+#[test]
+fn recorded_pushes_are_compared() {
+    let folder = Folder::new();
+    let pushes = folder.path("pushes.jsonl");
+    let square = "[[[-0.02,-0.02],[0.02,-0.02],[0.02,0.02],[-0.02,0.02]]]";
+    let line = format!(
+        r#"{{"id":"a","case":"x","push":[0.44,0,0.49,0],"tip":{{"w":0.03,"t":0.022}},"shapes":[{{"pieces":{square},"mass":0.1,"izz":3e-5}}],"before":[[0.5,0,0]],"after":[[0.521,0,0]]}}"#
+    );
+    std::fs::write(&pushes, format!("{line}\n")).unwrap();
+    let report = json(&["fidelity", &pushes, "--preset", "balanced", "--json"]);
+    for path in [
+        "/moved/mean_iou",
+        "/moved/median_position_mm",
+        "/moved/p90_position_mm",
+        "/moved/median_rotation_deg",
+        "/all/mean_iou",
+        "/count",
+    ] {
+        assert!(report.pointer(path).is_some_and(Value::is_number), "{path}: {report}");
+    }
+    assert_eq!((&report["pushes"], &report["count"]), (&1.into(), &1.into()));
+    assert!(report["moved"]["mean_iou"].as_f64().unwrap() > 0.8, "{report}");
+    let line = failure(2, &["fidelity", &pushes, "--against", "fresh"]);
+    assert!(line.contains("none of them can be compared with"), "{line}");
+
+    let bench = json(&["bench", "push", &pushes, "--seconds", "0.01", "--json"]);
+    for preset in ["fast", "balanced", "fine"] {
+        let rates = &bench["presets"][preset];
+        for name in ["pushes_per_second_1_thread", "pushes_per_second_2_threads"] {
+            assert!(rates[name].as_f64().unwrap() > 0.0, "{rates}");
+            assert!(rates["by_bodies"]["1"][name].as_f64().unwrap() > 0.0, "{rates}");
+        }
+    }
+}
+
+#[test]
+fn the_search_benchmark_reports_every_number() {
+    let folder = Folder::new();
+    let scene = folder.scene("two.json");
+    let report = json(&["bench", "search", &scene, "--decisions", "5", "--iterations", "5", "--json"]);
+    for path in [
+        "/bookkeeping/pmbs/us_per_simulation",
+        "/bookkeeping/mcts/us_per_simulation",
+        "/deadline/overrun_ms/p50_ms",
+        "/deadline/overrun_ms/p99_ms",
+        "/deadline/overrun_ms/max_ms",
+        "/cancel/p99_ms",
+        "/cancel/max_ms",
+        "/first_plan/process_ms/p50_ms",
+    ] {
+        assert!(report.pointer(path).is_some_and(Value::is_number), "{path}: {report}");
+    }
+    assert_eq!(report["same_plan"]["equal"], true);
+}
+
+#[test]
+fn the_originals_agree_as_far_as_they_are_here() {
+    if let Some(pushes) = shared("fidelity/pybullet_pushes.jsonl") {
+        let report = json(&["fidelity", &pushes, "--json"]);
+        assert!(report["moved"]["mean_iou"].as_f64().unwrap() > 0.7, "{report}");
+    }
+    if let Some(case) = shared("cases/arc/hard/test01.txt") {
+        let plan = json(&["plan", &case, "--iterations", "30", "--json"]);
+        assert_eq!(plan["problem"]["name"], "test01");
+        assert!(!plan["actions"].as_array().unwrap().is_empty());
+    }
+    if let Some(case) = shared("cases/arc/simple/testo09.txt") {
+        let line = failure(2, &["plan", &case]);
+        assert!(line.contains("rests on another body"), "{line}");
+    }
+}
+
+/// `docs/cli.md` is this text; run with `UPDATE_DOCS=1` to write it anew.
+#[test]
+fn the_document_holds_the_help() {
+    let mut document = String::from(
+        "# The command-line tool\n\nThe output of `jostle --help` and of `jostle COMMAND --help` (generated; a test \
+         checks it).\n\nExit status: 0 for a result (a problem without a solution is one), 2 for a mistake in the \
+         arguments or the files, 1\nfor a failure. Mistakes and failures say one line on standard error.\n",
+    );
+    for command in ["", "plan", "run", "generate", "fidelity", "bench push", "bench search", "render"] {
+        let words: Vec<&str> = command.split_whitespace().chain(["--help"]).collect();
+        let title = ["jostle", command].join(" ");
+        document.push_str(&format!("\n## {}\n\n```text\n{}\n```\n", title.trim(), stdout(&words).trim_end()));
+    }
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/cli.md");
+    if std::env::var_os("UPDATE_DOCS").is_some() {
+        std::fs::write(&path, document).unwrap();
+        return;
+    }
+    let written = std::fs::read_to_string(&path).unwrap_or_default();
+    assert!(written == document, "docs/cli.md is out of date: run UPDATE_DOCS=1 cargo test --features cli --test cli");
+}
