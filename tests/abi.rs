@@ -119,7 +119,8 @@ fn the_library_exports_its_functions_and_nothing_else() {
 
 #[test]
 fn the_library_has_its_name() {
-    let output = Command::new("readelf").arg("-d").arg(libraries().join("libjostle.so")).output().expect("readelf runs");
+    let output =
+        Command::new("readelf").arg("-d").arg(libraries().join("libjostle.so")).output().expect("readelf runs");
     let text = String::from_utf8_lossy(&output.stdout);
     let name = format!("Library soname: [libjostle.so.{}]", jostle::ffi::version::JOSTLE_ABI_VERSION);
     assert!(text.contains(&name), "{text}");

@@ -41,7 +41,8 @@ fn the_headers_compile_strictly() {
             }
             let output = command.output().expect("the compiler runs");
             let said = String::from_utf8_lossy(&output.stderr).into_owned();
-            let said: Vec<&str> = said.lines().filter(|l| !l.contains("is valid for C++/ObjC++ but not for C")).collect();
+            let said: Vec<&str> =
+                said.lines().filter(|l| !l.contains("is valid for C++/ObjC++ but not for C")).collect();
             assert!(output.status.success() && said.is_empty(), "{command:?}\n{}", said.join("\n"));
         }
     }
@@ -52,10 +53,16 @@ fn the_headers_compile_strictly() {
 fn two_files_may_include_the_header() {
     let folder = scratch("two_files");
     let (a, b) = (folder.join("a.cpp"), folder.join("b.cpp"));
-    std::fs::write(&a, "#include <jostle/jostle.hpp>\nint other();\nint main() { jostle::check_abi(); return other(); }\n")
-        .expect("the source can be written");
-    std::fs::write(&b, "#include <jostle/jostle.hpp>\nint other();\nint other() { return jostle::disc(0.1).radius > 0 ? 0 : 1; }\n")
-        .expect("the source can be written");
+    std::fs::write(
+        &a,
+        "#include <jostle/jostle.hpp>\nint other();\nint main() { jostle::check_abi(); return other(); }\n",
+    )
+    .expect("the source can be written");
+    std::fs::write(
+        &b,
+        "#include <jostle/jostle.hpp>\nint other();\nint other() { return jostle::disc(0.1).radius > 0 ? 0 : 1; }\n",
+    )
+    .expect("the source can be written");
     let relative = |p: &std::path::Path| pathdiff(p);
     let (a, b) = (relative(&a), relative(&b));
     run(&build(&[&a, &b], "two_files", Link::Shared, &[]));

@@ -53,11 +53,8 @@ fn generated() -> String {
         (text[..end].to_string(), text[end..].to_string())
     };
     let (body, close) = split(&text);
-    let (major, minor, patch) = (
-        env!("CARGO_PKG_VERSION_MAJOR"),
-        env!("CARGO_PKG_VERSION_MINOR"),
-        env!("CARGO_PKG_VERSION_PATCH"),
-    );
+    let (major, minor, patch) =
+        (env!("CARGO_PKG_VERSION_MAJOR"), env!("CARGO_PKG_VERSION_MINOR"), env!("CARGO_PKG_VERSION_PATCH"));
     let number = format!("{major} * 10000 + {minor} * 100 + {patch}");
     let template = std::fs::read_to_string(root().join("src/ffi/header_end.h.in")).expect("the header's end");
     let defaults: String = template
@@ -97,7 +94,10 @@ fn the_committed_header_is_the_generated_one() {
     let committed = std::fs::read_to_string(&path).unwrap_or_default();
     if committed != wanted {
         let line = committed.lines().zip(wanted.lines()).position(|(a, b)| a != b);
-        panic!("{} is out of date (first at line {line:?}); run UPDATE_HEADER=1 cargo test --test header", path.display());
+        panic!(
+            "{} is out of date (first at line {line:?}); run UPDATE_HEADER=1 cargo test --test header",
+            path.display()
+        );
     }
 }
 
@@ -147,7 +147,8 @@ fn every_struct_field_and_constant_is_documented() {
     let mut before = "";
     let mut gaps = Vec::new();
     for line in text.lines() {
-        let constant = line.starts_with("#define JOSTLE_") && !line.contains("_H") && line.split_whitespace().count() > 2;
+        let constant =
+            line.starts_with("#define JOSTLE_") && !line.contains("_H") && line.split_whitespace().count() > 2;
         let own = line.contains("JOSTLE_VERSION") || line.contains("JOSTLE_BODY_EQ");
         let named = line.starts_with("typedef struct") || line.starts_with("typedef int32_t");
         if ((constant && !own) || named) && !before.starts_with("///") {

@@ -250,10 +250,7 @@ pub(super) unsafe fn fill<T: Copy>(buffer: *mut T, capacity: usize, count: *mut 
         return Ok(());
     }
     if values.len() > capacity {
-        return Err(Failure::new(
-            JOSTLE_ERROR_BUFFER,
-            format!("capacity: is {capacity}; {} are needed", values.len()),
-        ));
+        return Err(Failure::new(JOSTLE_ERROR_BUFFER, format!("capacity: is {capacity}; {} are needed", values.len())));
     }
     // SAFETY: the buffer has room for `capacity` values, at least as many as there are.
     unsafe { std::ptr::copy_nonoverlapping(values.as_ptr(), buffer, values.len()) };

@@ -89,11 +89,7 @@ pub(super) unsafe fn read_action(action: *const jostle_action, bodies: &Bodies) 
     // SAFETY: as promised by the caller.
     let given = unsafe { read(action, "action") }?;
     let finite = |field: &str, values: &[f64]| {
-        if values.iter().all(|v| v.is_finite()) {
-            Ok(())
-        } else {
-            Err(Failure::argument(field, "is not finite"))
-        }
+        if values.iter().all(|v| v.is_finite()) { Ok(()) } else { Err(Failure::argument(field, "is not finite")) }
     };
     match given.kind {
         JOSTLE_ACTION_PUSH => {
@@ -101,11 +97,7 @@ pub(super) unsafe fn read_action(action: *const jostle_action, bodies: &Bodies) 
             finite("action.push.start", &[push.start.x, push.start.y])?;
             finite("action.push.end", &[push.end.x, push.end.y])?;
             let body = if given.body.id == 0 { None } else { Some(bodies.index(given.body, "action.body")?) };
-            Ok(Action::Push(Push {
-                start: [push.start.x, push.start.y],
-                end: [push.end.x, push.end.y],
-                body,
-            }))
+            Ok(Action::Push(Push { start: [push.start.x, push.start.y], end: [push.end.x, push.end.y], body }))
         }
         JOSTLE_ACTION_GRASP => {
             let grasp = given.grasp;

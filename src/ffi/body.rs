@@ -178,7 +178,10 @@ fn own_measures_only(given: &jostle_body_def) -> Outcome {
         ("def.has_centre_of_mass", f64::from(given.has_centre_of_mass), 0.0),
     ] {
         if given != usual {
-            return Err(Failure::argument(field, "is set, but a block of the library brings its own; leave the default"));
+            return Err(Failure::argument(
+                field,
+                "is set, but a block of the library brings its own; leave the default",
+            ));
         }
     }
     Ok(())

@@ -71,7 +71,10 @@ pub(super) const MAX_THREADS: u32 = 1024;
 /// Owns: the caller.
 /// Errors: ARGUMENT (null, a size that no version has).
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn jostle_context_options_init(options: *mut jostle_context_options, size: usize) -> jostle_status {
+pub unsafe extern "C" fn jostle_context_options_init(
+    options: *mut jostle_context_options,
+    size: usize,
+) -> jostle_status {
     // SAFETY: the caller promises `size` writable bytes.
     guard("jostle_context_options_init", |_| unsafe { init_sized(options, "options", size) })
 }
@@ -93,10 +96,7 @@ pub unsafe extern "C" fn jostle_context_new(
         // SAFETY: the caller promises valid pointers (header: Nullable, Owns).
         let (out, options) = unsafe { (out_handle(context, "context")?, read_sized_or_default(options, "options")?) };
         if options.threads > MAX_THREADS {
-            return Err(Failure::argument(
-                "options.threads",
-                format!("is {}; at most {MAX_THREADS}", options.threads),
-            ));
+            return Err(Failure::argument("options.threads", format!("is {}; at most {MAX_THREADS}", options.threads)));
         }
         let log = Log { mask: options.log_mask, callback: options.log_callback, user: options.log_user };
         out.give(Context { log: Arc::new(log), threads: options.threads })

@@ -142,7 +142,8 @@ mod tests {
         install_hook();
         let object = RwLock::new(1);
         let status = guard("f", |_| {
-            *write(&object, "object")? = 2;
+            let mut changing = write(&object, "object")?;
+            *changing = 2;
             panic!("boom {}", 3)
         });
         assert_eq!((status, last().as_str()), (JOSTLE_ERROR_PANIC, "internal error: boom 3"));

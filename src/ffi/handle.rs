@@ -109,9 +109,7 @@ pub(super) fn insert<T: Object>(object: T) -> Outcome<*mut T::Handle> {
     let (segment, offset) = place(index);
     let segment = TABLE[segment].get_or_init(|| {
         // Generations begin at 1: a handle is never null, whatever its kind.
-        (0..FIRST << segment)
-            .map(|_| Slot { state: AtomicU64::new(1 << 32), object: UnsafeCell::new(None) })
-            .collect()
+        (0..FIRST << segment).map(|_| Slot { state: AtomicU64::new(1 << 32), object: UnsafeCell::new(None) }).collect()
     });
     let slot = &segment[offset];
     // SAFETY: the slot is free: no handle leads to it and it has no pins, so nobody else reads `object`.
@@ -158,7 +156,8 @@ pub(super) fn open<T: Object>(handle: *const T::Handle, field: &str) -> Outcome<
     }
     let held = Held { index, slot };
     // SAFETY: the pin keeps `object` in place and unchanged; the kind in the handle fixes its type.
-    let object = unsafe { (*slot.object.get()).as_ref() }.and_then(|o| o.downcast_ref::<T>()).ok_or_else(|| dead(field))?;
+    let object =
+        unsafe { (*slot.object.get()).as_ref() }.and_then(|o| o.downcast_ref::<T>()).ok_or_else(|| dead(field))?;
     Ok(Pin { object, _held: held })
 }
 

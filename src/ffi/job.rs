@@ -211,8 +211,7 @@ pub unsafe extern "C" fn jostle_job_wait(
         let job = call.open::<Job>(job, "job")?;
         // SAFETY: the caller promises a writable place if it is not null.
         let state = if state.is_null() { None } else { Some(unsafe { out(state, "state") }?) };
-        // Not `< 0`: a NaN is refused as well.
-        if !(seconds >= 0.0) {
+        if seconds.is_nan() || seconds < 0.0 {
             return Err(Failure::argument("seconds", format!("is {seconds}; it must be at least 0")));
         }
         let running = &job.running;

@@ -131,7 +131,8 @@ pub unsafe extern "C" fn jostle_scene_set_gripper(
         };
         new.validate().map_err(|error| {
             let mut failure = Failure::from(error);
-            failure.message = failure.message.replace("gripper.push.", "gripper.push_").replace("gripper.grasp.", "gripper.");
+            failure.message =
+                failure.message.replace("gripper.push.", "gripper.push_").replace("gripper.grasp.", "gripper.");
             failure
         })?;
         // Files and reports name a gripper of the library by its name.
@@ -253,7 +254,8 @@ pub unsafe extern "C" fn jostle_scene_set_workspace(
     with_mut("jostle_scene_set_workspace", scene, |content| {
         // SAFETY: the caller promises an initialised struct.
         let w = unsafe { read_sized(workspace, "workspace") }?;
-        let unknown = |field: &str, value: i32| Failure::argument(field, format!("is {value}; no rule has this number"));
+        let unknown =
+            |field: &str, value: i32| Failure::argument(field, format!("is {value}; no rule has this number"));
         let new = Workspace {
             min: [w.min.x, w.min.y],
             max: [w.max.x, w.max.y],

@@ -399,7 +399,7 @@ pub unsafe extern "C" fn jostle_plan_json(
             .actions
             .iter()
             .map(|step| {
-                let poses: Vec<_> = step.predicted.iter().map(|(i, pose)| (i, pose)).collect();
+                let poses: Vec<_> = step.predicted.iter().collect();
                 serde_json::json!({ "action": step.action, "value": step.value, "predicted": poses })
             })
             .collect();

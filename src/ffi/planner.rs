@@ -196,7 +196,10 @@ impl Request {
         let options = unsafe { read_sized_or_default(options, "options") }?;
         let seconds = options.progress_seconds;
         if !(0.0..=3600.0).contains(&seconds) {
-            return Err(Failure::argument("options.progress_seconds", format!("is {seconds}; it must lie in 0..=3600")));
+            return Err(Failure::argument(
+                "options.progress_seconds",
+                format!("is {seconds}; it must lie in 0..=3600"),
+            ));
         }
         let mut control = Control { cancel: Vec::new(), progress: Some(Arc::clone(&shared.publisher.progress)) };
         if !options.cancel.is_null() {
@@ -262,7 +265,10 @@ impl Deciding {
 /// Owns: the caller.
 /// Errors: ARGUMENT (null, a size that no version has).
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn jostle_planner_options_init(options: *mut jostle_planner_options, size: usize) -> jostle_status {
+pub unsafe extern "C" fn jostle_planner_options_init(
+    options: *mut jostle_planner_options,
+    size: usize,
+) -> jostle_status {
     // SAFETY: the caller promises `size` writable bytes.
     guard("jostle_planner_options_init", |_| unsafe { init_sized(options, "options", size) })
 }

@@ -418,7 +418,7 @@ int main(void)
     def.name = "other";
     MUST(jostle_scene_add_body(scene, &def, &other));
     MUST(jostle_scene_hash(scene, &scene_hash));
-    good_jostle_planner_options.max_iterations = 4;
+    good_jostle_planner_options.max_iterations = 1;
     MUST(jostle_planner_new(context, &good_jostle_planner_options, &planner));
     MUST(jostle_planner_solve(planner, scene, target, NULL, &plan));
     MUST(jostle_planner_job_start(planner, scene, target, NULL, &job));

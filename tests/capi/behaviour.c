@@ -9,6 +9,15 @@
 
 static int failures;
 
+/* Under valgrind a simulated push takes a hundred times as long. */
+#ifdef LIGHT
+#define ITERATIONS 2
+#define PACKED 6
+#else
+#define ITERATIONS 60
+#define PACKED 12
+#endif
+
 #define CHECK(condition)                                                                                               \
     do {                                                                                                               \
         if (!(condition)) {                                                                                            \
@@ -176,7 +185,7 @@ static void plans(jostle_context *context)
     jostle_scene *scene = row(context, &target);
     uint64_t hashes[3] = {0};
     for (uint32_t threads = 0; threads < 3; threads++) {
-        jostle_planner *planner = planner_of(context, threads, 60);
+        jostle_planner *planner = planner_of(context, threads, ITERATIONS);
         jostle_plan *plan = NULL;
         MUST(jostle_planner_solve(planner, scene, target, NULL, &plan));
         MUST(jostle_plan_hash(plan, &hashes[threads]));
@@ -252,7 +261,7 @@ static int32_t on_progress(const jostle_progress *progress, void *user)
 static jostle_scene *packed(jostle_context *context, jostle_body *target)
 {
     jostle_scene *scene = NULL;
-    MUST(jostle_scene_generate(context, 7, 0, 12, &scene, target));
+    MUST(jostle_scene_generate(context, 7, 0, PACKED, &scene, target));
     return scene;
 }
 
@@ -301,7 +310,7 @@ static void jobs(jostle_context *context)
 {
     jostle_body target;
     jostle_scene *scene = row(context, &target);
-    jostle_planner *planner = planner_of(context, 0, 60);
+    jostle_planner *planner = planner_of(context, 0, ITERATIONS);
     jostle_job *job = NULL;
     jostle_plan *plan = NULL, *direct = NULL;
     jostle_job_state state = 0;
@@ -315,7 +324,7 @@ static void jobs(jostle_context *context)
     MUST(jostle_plan_hash(plan, &a));
     jostle_job_free(job);
     jostle_planner_free(planner);
-    planner = planner_of(context, 0, 60);
+    planner = planner_of(context, 0, ITERATIONS);
     MUST(jostle_planner_solve(planner, scene, target, NULL, &direct));
     MUST(jostle_plan_hash(direct, &b));
     CHECK(a == b);
@@ -421,7 +430,7 @@ static void logs(void)
     CHECK(told.errors == 1 && strcmp(told.function, "jostle_scene_remove_body") == 0);
     CHECK(strcmp(told.text, "body: is zero, which is no body") == 0);
     CHECK(strcmp(jostle_last_error(), told.text) == 0);
-    jostle_planner *planner = planner_of(context, 0, 4);
+    jostle_planner *planner = planner_of(context, 0, 2);
     jostle_plan *plan = NULL;
     MUST(jostle_planner_solve(planner, scene, target, NULL, &plan));
     CHECK(told.others == 1);

@@ -63,7 +63,7 @@ static void all() {
     CHECK(!copy && moved);
 
     jostle_planner_options options = jostle_planner_options_default();
-    options.max_iterations = 20;
+    options.max_iterations = 4;
     planner decide(from, options);
     plan made = decide.solve(world, target);
     CHECK(made.actions().size() == made.size() && std::strlen(made.outcome_name()) > 3);
@@ -90,7 +90,7 @@ static void all() {
     decide.reset();
     (void)decide.memory();
     (void)decide.progress();
-    (void)decide.step(world, target, 5);
+    (void)decide.step(world, target, 2);
 
     // An exception in the listener comes out here, not through the library.
     int calls = 0;

@@ -18,7 +18,9 @@ fn good(function: &Function, kind: &str, name: &str) -> String {
         ("char", true) if name == "path" => "\"bad_input_never_written.json\"".into(),
         ("char", true) => "\"robotiq_2f85\"".into(),
         ("jostle_body_pose", true) if name == "buffer" => "poses".into(),
-        ("jostle_action" | "jostle_ranked_action" | "jostle_progress" | "jostle_body_pose", true) => format!("&good_{plain}"),
+        ("jostle_action" | "jostle_ranked_action" | "jostle_progress" | "jostle_body_pose", true) => {
+            format!("&good_{plain}")
+        }
         (kind, true) if HANDLES.contains(&kind) => kind.trim_start_matches("jostle_").into(),
         (kind, true) if kind.starts_with("jostle_") => format!("&good_{kind}"),
         ("jostle_body", false) => "target".into(),
@@ -28,15 +30,24 @@ fn good(function: &Function, kind: &str, name: &str) -> String {
         ("double", true) => "&good_double".into(),
         ("int32_t", true) => "&good_i32".into(),
         ("size_t", false) if name == "capacity" => "64".into(),
-        ("size_t", false) if name == "size" => format!("sizeof(good_{})", function.types[0].replace("struct ", "").trim_end_matches(" *")),
+        ("size_t", false) if name == "size" => {
+            format!("sizeof(good_{})", function.types[0].replace("struct ", "").trim_end_matches(" *"))
+        }
         ("size_t" | "uint64_t" | "uint32_t" | "int32_t", false) => "1".into(),
         ("double", false) => "0.01".into(),
         (other, _) => panic!("{}: no good value for `{other}` {name}; add one here", function.name),
     }
 }
 
-const HANDLES: [&str; 7] =
-    ["jostle_context", "jostle_scene", "jostle_planner", "jostle_job", "jostle_plan", "jostle_cancel", "jostle_simulator"];
+const HANDLES: [&str; 7] = [
+    "jostle_context",
+    "jostle_scene",
+    "jostle_planner",
+    "jostle_job",
+    "jostle_plan",
+    "jostle_cancel",
+    "jostle_simulator",
+];
 
 /// A call for every pointer of every function: null where that is not allowed, dead and mistaken where it is a handle.
 pub fn generated_calls() -> String {
@@ -54,7 +65,8 @@ pub fn generated_calls() -> String {
                 let arguments: Vec<String> = (function.types.iter().zip(&function.parameters).enumerate())
                     .map(|(j, (kind, name))| if i == j { bad.to_string() } else { good(function, kind, name) })
                     .collect();
-                let _ = writeln!(calls, "    BAD({}({}), {status}, \"{name}: \");", function.name, arguments.join(", "));
+                let _ =
+                    writeln!(calls, "    BAD({}({}), {status}, \"{name}: \");", function.name, arguments.join(", "));
             };
             if !nullable.contains(&name.as_str()) {
                 call("NULL", "JOSTLE_ERROR_ARGUMENT");

@@ -42,7 +42,12 @@ pub fn header() -> Header {
             continue;
         }
         let declares = line.contains(" jostle_") || line.contains("*jostle_");
-        if declares && line.contains('(') && !line.starts_with([' ', '#', '}']) && !line.starts_with("typedef") && !line.starts_with("static") {
+        if declares
+            && line.contains('(')
+            && !line.starts_with([' ', '#', '}'])
+            && !line.starts_with("typedef")
+            && !line.starts_with("static")
+        {
             let mut whole = line.to_string();
             while !whole.trim_end().ends_with(';') {
                 whole.push_str(lines.next().expect("a declaration ends").trim());
