@@ -97,6 +97,8 @@ pub fn run_trial(
 ) -> Result<Trial> {
     let mut decisions = Vec::new();
     let (mut actions, mut looks) = (0, 0);
+    // Time that the policy took to note what was done; it belongs to the next decision.
+    let mut noting = 0.0;
     let end = loop {
         if judge.target_left() {
             break TrialEnd::TargetLeft;
@@ -110,7 +112,7 @@ pub fn run_trial(
         let problem = judge.observed_problem();
         let watch = Stop::never();
         let plan = policy.decide(&problem, control)?;
-        let milliseconds = watch.elapsed().as_secs_f64() * 1e3;
+        let milliseconds = watch.elapsed().as_secs_f64() * 1e3 + noting;
         if plan.outcome == Outcome::Cancelled {
             break TrialEnd::Cancelled;
         }
@@ -127,11 +129,13 @@ pub fn run_trial(
         };
         observer(Event::Decision { trial: index, decision: &decision });
         decisions.push(decision);
+        let watch = Stop::never();
         match (action, effect) {
             (Some(action), Some(Effect::Pushed)) => policy.executed(&action)?,
             (_, Some(Effect::Grasped)) => break TrialEnd::Grasped,
             _ => policy.refused(),
         }
+        noting = watch.elapsed().as_secs_f64() * 1e3;
         if action.is_some() {
             (actions, looks) = (actions + 1, 0);
         } else {

@@ -58,7 +58,7 @@ pub struct PlannerArgs {
     #[arg(long, value_name = "NAME")]
     pub gripper: Option<String>,
     /// Wall-clock seconds of a decision [default: the planner's published budget]
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     pub seconds: Option<f64>,
     /// Search iterations of a decision; a budget of iterations alone makes plans reproducible
     #[arg(long, value_name = "N")]
@@ -76,7 +76,7 @@ pub struct PlannerArgs {
     #[arg(long, value_name = "NAME")]
     pub sampler: Option<String>,
     /// Travel of a push in metres [default: by the profile of an original test case, else the sampler's own]
-    #[arg(long, value_name = "METRES")]
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
     pub push_length: Option<f64>,
     /// Greatest number of pushes in a plan [default: the planner's own]
     #[arg(long, value_name = "N")]
@@ -137,13 +137,13 @@ pub struct JudgeArgs {
     #[arg(long, default_value = "fine", value_name = "[ENGINE:]PRESET")]
     pub judge: String,
     /// Every friction is scaled by up to this share up or down, drawn anew for each trial
-    #[arg(long, default_value_t = 0.2, value_name = "SHARE")]
+    #[arg(long, default_value_t = 0.2, value_name = "SHARE", allow_negative_numbers = true)]
     pub friction_spread: f64,
     /// Standard deviation of observed positions in millimetres
-    #[arg(long, default_value_t = 1.0, value_name = "MM")]
+    #[arg(long, default_value_t = 1.0, value_name = "MM", allow_negative_numbers = true)]
     pub noise_mm: f64,
     /// Standard deviation of observed headings in degrees
-    #[arg(long, default_value_t = 1.0, value_name = "DEG")]
+    #[arg(long, default_value_t = 1.0, value_name = "DEG", allow_negative_numbers = true)]
     pub noise_deg: f64,
 }
 
@@ -325,7 +325,7 @@ pub struct BenchPushArgs {
     #[arg(long, value_name = "NAME")]
     pub preset: Option<String>,
     /// Time to measure for, in seconds; every variant runs at least three times
-    #[arg(long, default_value_t = 20.0, value_name = "SECONDS")]
+    #[arg(long, default_value_t = 20.0, value_name = "SECONDS", allow_negative_numbers = true)]
     pub seconds: f64,
     /// Seed of the generated scenes
     #[arg(long, default_value_t = 0, value_name = "N")]
@@ -375,7 +375,8 @@ pub fn parse() -> Outcome<Option<Cli>> {
         Err(error) => {
             let text = error.to_string();
             let text = text.strip_prefix("error: ").unwrap_or(&text);
-            let end = ["\n\nUsage:", "\n\nFor more information"].iter().filter_map(|m| text.find(m)).min();
+            let end =
+                ["\n\nUsage:", "\n\n  tip:", "\n\nFor more information"].iter().filter_map(|m| text.find(m)).min();
             let reason = text[..end.unwrap_or(text.len())].split_whitespace().collect::<Vec<_>>().join(" ");
             Err(Failure::usage(format!("{reason}; see --help")))
         }

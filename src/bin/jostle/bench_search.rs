@@ -5,7 +5,7 @@ use std::process::Stdio;
 use std::time::{Duration, Instant};
 
 use jostle::eval::{is_original, needs_push, push_travel, read_problem, statistics, with_gripper};
-use jostle::plan::{Control, GraspDecision, PLANNERS, Planner, PlannerOptions};
+use jostle::plan::{Control, PLANNERS, Planner, PlannerOptions};
 use jostle::run::{Budget, CancelToken, Key};
 use jostle::scene::Problem;
 use jostle::scene::generate::{Generator, GeneratorParams};
@@ -110,9 +110,7 @@ pub fn run(args: &BenchSearchArgs) -> Outcome<()> {
     if let Some(gripper) = args.planner.gripper()? {
         problem = with_gripper(&problem, &gripper)?;
     }
-    // Nothing counts as a solution, so that searches last until their limits.
-    options.grasp = GraspDecision { execute_score: 1.0, solved_score: 1.0 };
-    let bench = Bench { problem, options };
+    let bench = Bench { endless: unsolvable(&problem)?, problem, options };
     let report = Report {
         version: env!("CARGO_PKG_VERSION"),
         machine: Machine::this(),
@@ -135,8 +133,18 @@ fn seven_bodies(seed: u64) -> Outcome<Problem> {
     problems.into_iter().next().ok_or_else(|| Failure::failed("the generator made no scene of seven bodies"))
 }
 
+/// The problem for a jaw so bulky that no state is a solution: a search in it lasts until its limit, and does the same
+/// work on the way.
+fn unsolvable(problem: &Problem) -> Outcome<Problem> {
+    let mut gripper = problem.scene.gripper().clone();
+    gripper.grasp.finger_clearance = 0.1;
+    Ok(with_gripper(problem, &gripper)?)
+}
+
 struct Bench {
     problem: Problem,
+    /// The same without a solution.
+    endless: Problem,
     options: PlannerOptions,
 }
 
@@ -163,7 +171,7 @@ impl Bench {
         for _ in 0..ROUNDS {
             for (_, planner, bookkeeping, rates, simulations) in &mut planners {
                 planner.reset();
-                let s = planner.solve(&self.problem, &Control::default())?.statistics;
+                let s = planner.solve(&self.endless, &Control::default())?.statistics;
                 *simulations = s.simulations;
                 bookkeeping.push(s.search_seconds * 1e6 / s.simulations.max(1) as f64);
                 rates.push(if s.seconds > 0.0 { s.simulations as f64 / s.seconds } else { 0.0 });
@@ -189,7 +197,7 @@ impl Bench {
             let (limit, planner) = &mut planners[decision % limits.len()];
             planner.reset();
             let start = Instant::now();
-            planner.solve(&self.problem, &Control::default())?;
+            planner.solve(&self.endless, &Control::default())?;
             let overrun = start.elapsed().as_secs_f64() * 1e3 - *limit;
             if overrun >= 0.0 {
                 late.push(overrun);
@@ -214,7 +222,7 @@ impl Bench {
                 token.trigger();
                 now
             });
-            planner.solve(&self.problem, &control)?;
+            planner.solve(&self.endless, &control)?;
             let returned = Instant::now();
             let triggered = triggering.join().map_err(|_| Failure::failed("the cancelling thread ended early"))?;
             // A search that ended before it was cancelled says nothing.
@@ -228,11 +236,8 @@ impl Bench {
     fn same_plan(&self) -> Outcome<SamePlan> {
         let mut hash_by_threads = BTreeMap::new();
         for threads in THREADS {
-            let mut planner = self.planner(Budget::iterations(self.iterations()), |o| {
-                o.threads = threads;
-                o.grasp = GraspDecision::default();
-            })?;
-            let plan = planner.solve(&self.problem, &Control::default())?;
+            let mut planner = self.planner(Budget::iterations(self.iterations()), |o| o.threads = threads)?;
+            let plan = planner.solve(&self.endless, &Control::default())?;
             hash_by_threads.insert(threads, format!("{:016x}", plan.hash_bits()));
         }
         let mut hashes: Vec<&String> = hash_by_threads.values().collect();
