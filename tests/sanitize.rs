@@ -10,12 +10,10 @@ use common::{Link, build, has, output, scratch};
 
 /// The programs and how each ends when all is well.
 fn programs(prefix: &str, link: Link, flags: &[&str]) -> Vec<(PathBuf, &'static str)> {
+    let flags = &[flags, &["-DLIGHT"]].concat();
     vec![
         (bad_input(&format!("{prefix}_bad_input"), link, flags), "bad input: all refused\n"),
-        (
-            build(&["tests/capi/behaviour.c"], &format!("{prefix}_behaviour"), link, &[flags, &["-DLIGHT"]].concat()),
-            "behaviour: as promised\n",
-        ),
+        (build(&["tests/capi/behaviour.c"], &format!("{prefix}_behaviour"), link, flags), "behaviour: as promised\n"),
         (build(&["tests/capi/wrapper.cpp"], &format!("{prefix}_wrapper"), link, flags), "wrapper: as promised\n"),
     ]
 }

@@ -174,6 +174,7 @@ static jostle_planner *planner_of(jostle_context *context, uint32_t threads, uin
     jostle_planner_options options = jostle_planner_options_default();
     options.threads = threads;
     options.max_iterations = iterations;
+    options.lanes = 4;
     options.seed = 3;
     MUST(jostle_planner_new(context, &options, &planner));
     return planner;
@@ -272,6 +273,7 @@ static void callbacks(jostle_context *context)
     jostle_planner_options options = jostle_planner_options_default();
     options.max_iterations = 100000;
     options.execute_score = options.solved_score = 1;
+    options.lanes = 4, options.max_depth = 2; /* short iterations */
     jostle_planner *planner = NULL;
     MUST(jostle_planner_new(context, &options, &planner));
     struct reentry r = {planner, scene, target, 0, 0, 3};
@@ -337,6 +339,7 @@ static void jobs(jostle_context *context)
     jostle_planner_options options = jostle_planner_options_default();
     options.max_seconds = 60;
     options.execute_score = options.solved_score = 1;
+    options.lanes = 4, options.max_depth = 2; /* short iterations */
     scene = packed(context, &target);
     MUST(jostle_planner_new(context, &options, &planner));
     jostle_cancel *cancel = NULL, *copy = NULL;
