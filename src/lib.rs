@@ -4,9 +4,13 @@
 //! `error` <- `geom` <- `scene` <- `action` <- {`physics`, `grasp`} <- `plan` <- {`eval`, `record`} <- `ffi`.
 //! `search` and `run` stand aside: they know only `error`.
 
+#![deny(unsafe_code)]
+
 pub mod action;
 pub mod error;
 pub mod eval;
+#[allow(unsafe_code)]
+pub mod ffi;
 pub mod geom;
 pub mod grasp;
 pub mod physics;

@@ -108,6 +108,11 @@ impl Planner {
         self.expected = None;
     }
 
+    /// Estimated bytes that the tree holds.
+    pub fn memory_bytes(&self) -> usize {
+        self.domain.as_ref().map_or(0, |domain| self.tree.bytes(domain))
+    }
+
     fn decide(&mut self, problem: &Problem, budget: Budget, keep: bool, control: &Control) -> Result<Plan> {
         let stop = budget.start(&control.cancel);
         problem.validate()?;

@@ -155,6 +155,11 @@ impl<D: Domain> Tree<D> {
         Ok(search.report(reason, begin))
     }
 
+    /// Estimated bytes that the tree holds: what a byte budget limits.
+    pub fn bytes(&self, domain: &D) -> usize {
+        self.arena.bytes(domain.state_bytes(), domain.action_bytes())
+    }
+
     /// The state at the root; `None` while the tree is empty.
     pub fn root_state(&self) -> Option<&D::State> {
         (self.arena.len() > 0).then(|| &self.arena.node(0).state)

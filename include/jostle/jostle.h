@@ -1,0 +1,1575 @@
+/*
+ * jostle: planning for robots that work in clutter. The C API.
+ *
+ * This file is generated from src/ffi; do not edit it. The rules that hold for all functions are in docs/c-api.md:
+ *
+ * - Every call that can fail returns a jostle_status: JOSTLE_OK or a negative JOSTLE_ERROR_ number. Then
+ *   jostle_last_error() says which field is wrong, why, and what to change. After a failure outputs that are pointers
+ *   are null, other outputs and all objects are as they were.
+ * - Outcomes of planning are not errors: see JOSTLE_OUTCOME_.
+ * - Options begin with jostle_..._default(), which sets struct_size.
+ * - const jostle_x * may be used by several threads at once ("shared use"), jostle_x * by one at a time ("exclusive
+ *   use"). A call that breaks this returns JOSTLE_ERROR_BUSY; it is never undefined behaviour.
+ * - Handles are freed in any order; a freed handle is found out and refused.
+ * - SI units, radians, right-handed axes; booleans are uint32_t, 0 or 1; texts are UTF-8.
+ *
+ * Each function says: Thread (which threads may call it), RT (whether a real-time thread may: no waiting, and no memory
+ * taken when it succeeds), Nullable (parameters that may be null), Owns (who frees what), Errors (statuses it returns).
+ */
+
+#ifndef JOSTLE_JOSTLE_H
+#define JOSTLE_JOSTLE_H
+
+#include <math.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/// Version of the binary interface: the number at the end of the shared library's name (soname). It rises only when
+/// programs have to be compiled again.
+#define JOSTLE_ABI_VERSION 0
+
+/// The engine `rapier`.
+#define JOSTLE_FEATURE_RAPIER 1
+
+/// The engine `bullet`.
+#define JOSTLE_FEATURE_BULLET 2
+
+/// Trained networks.
+#define JOSTLE_FEATURE_NETWORKS 3
+
+/// A call failed.
+#define JOSTLE_LOG_ERROR 1
+
+/// Something is unusual and probably not meant.
+#define JOSTLE_LOG_WARNING 2
+
+/// What was done, a line per decision.
+#define JOSTLE_LOG_INFO 4
+
+/// Every message.
+#define JOSTLE_LOG_ALL 4294967295
+
+/// `jostle_progress.solution_actions` while no solution is known.
+#define JOSTLE_NO_SOLUTION 4294967295
+
+/// No limit of iterations or bytes.
+#define JOSTLE_NO_LIMIT 18446744073709551615ull
+
+/// As many threads as the context's options say.
+#define JOSTLE_THREADS_OF_CONTEXT 4294967295
+
+/// `no_plan_within` where nothing is known.
+#define JOSTLE_UNKNOWN 4294967295
+
+/// A flag that asks decisions to end; one may serve many decisions, at once or one after the other. Opaque.
+typedef struct jostle_cancel jostle_cancel;
+
+/// What all other objects are made from: logging and defaults. Opaque.
+typedef struct jostle_context jostle_context;
+
+/// A decision that runs in the background, on a thread of its own. Opaque.
+typedef struct jostle_job jostle_job;
+
+/// The answer of a planner. It never changes. Opaque.
+typedef struct jostle_plan jostle_plan;
+
+/// Decides what a robot does next: options in, plans out, a search tree kept between decisions. Opaque.
+typedef struct jostle_planner jostle_planner;
+
+/// What a robot knows of its table: bodies and where they are, gripper, workspace, friction. Opaque.
+typedef struct jostle_scene jostle_scene;
+
+/// A world to try plans in. It may differ from the planner's model as a real table does. Opaque.
+typedef struct jostle_simulator jostle_simulator;
+
+/// What a call returns: 0 or one of the negative `JOSTLE_ERROR_` numbers. Numbers are never given a new meaning.
+typedef int32_t jostle_status;
+
+/// One message of the library. Made by the library, valid during the callback.
+typedef struct jostle_log_message {
+  /// Size of the struct as the library knows it; later versions append.
+  uint32_t struct_size;
+  /// One of JOSTLE_LOG_ERROR, JOSTLE_LOG_WARNING, JOSTLE_LOG_INFO.
+  uint32_t level;
+  /// The function of the API that the message comes from.
+  const char *function;
+  /// UTF-8.
+  const char *text;
+} jostle_log_message;
+
+/// Receives messages. It may be called from every thread that calls the library and from jobs' threads, from several
+/// at once; no lock is held. It must not throw or longjmp.
+typedef void (*jostle_log_callback)(const struct jostle_log_message *message, void *user);
+
+/// Settings that all objects of a context share.
+typedef struct jostle_context_options {
+  /// Set by jostle_context_options_default().
+  uint32_t struct_size;
+  /// Worker threads of each planner that does not say otherwise; 0 runs everything on the caller (the default).
+  uint32_t threads;
+  /// Receives messages; null for none (the default).
+  jostle_log_callback log_callback;
+  /// Passed to `log_callback`; must stay usable until the context and all objects made from it are freed.
+  void *log_user;
+  /// Which messages: JOSTLE_LOG_ values, or-ed. Errors and warnings by default.
+  uint32_t log_mask;
+  /// 0.
+  uint32_t reserved;
+} jostle_context_options;
+
+/// What a shape is: one of the JOSTLE_SHAPE_ values.
+typedef int32_t jostle_shape;
+
+/// A point or a vector in the plane, metres. Frozen: never changes.
+typedef struct jostle_vec2 {
+  double x;
+  double y;
+} jostle_vec2;
+
+/// Position (metres) and heading (radians, counter-clockwise from +x) of a body. Frozen: never changes.
+typedef struct jostle_pose2 {
+  struct jostle_vec2 p;
+  double theta;
+} jostle_pose2;
+
+/// A part of a compound shape. Frozen: never changes.
+typedef struct jostle_shape_part {
+  /// JOSTLE_SHAPE_POLYGON, JOSTLE_SHAPE_CONVEX_POLYGON or JOSTLE_SHAPE_DISC.
+  jostle_shape shape;
+  /// 0.
+  uint32_t reserved;
+  /// In the body frame.
+  struct jostle_pose2 pose;
+  /// Corners of a polygon, metres.
+  const struct jostle_vec2 *points;
+  size_t point_count;
+  /// Of a disc, metres.
+  double radius;
+} jostle_shape_part;
+
+/// A body: an upright prism on the table. SI units. Everything it points to is copied.
+typedef struct jostle_body_def {
+  /// Set by jostle_body_def_default().
+  uint32_t struct_size;
+  /// JOSTLE_SHAPE_POLYGON by default.
+  jostle_shape shape;
+  /// Where it is at first: (0, 0, 0) by default.
+  struct jostle_pose2 pose;
+  /// Corners of a polygon in the body frame, metres.
+  const struct jostle_vec2 *points;
+  size_t point_count;
+  /// Of a disc, metres.
+  double radius;
+  /// Parts of a compound.
+  const struct jostle_shape_part *parts;
+  size_t part_count;
+  /// Name of a block of the library.
+  const char *block;
+  /// Unique in its scene; null (the default) for "body N".
+  const char *name;
+  /// Metres, from the table up: 0.045 by default. A block has its own: leave height, mass, friction,
+  /// centre_of_mass and inertia at their defaults.
+  double height;
+  /// Kilograms: 0.1 by default.
+  double mass;
+  /// Coefficient of its surface, 0.5 by default; a contact uses the product of the two surfaces' coefficients.
+  double friction;
+  /// 1 (the default) if a grasp may take it.
+  uint32_t pickable;
+  /// 1 (the default) if a push may be aimed at it. Any body may be moved by the others.
+  uint32_t pushable;
+  /// 1 (the default) if it is there.
+  uint32_t present;
+  /// 1 if `centre_of_mass` is given; 0 (the default) takes the centroid.
+  uint32_t has_centre_of_mass;
+  /// In the body frame, metres.
+  struct jostle_vec2 centre_of_mass;
+  /// About the centre of mass, kg m^2; 0 (the default) takes a uniform prism's.
+  double inertia;
+} jostle_body_def;
+
+/// Names a body of a scene. Plain data: copy and store it as you like; it is valid in the scene that gave it and in
+/// that scene's clones, plans and simulators. Zero is no body. Frozen: never changes.
+typedef struct jostle_body {
+  uint64_t id;
+} jostle_body;
+
+/// Where a body is, or that it is not there. Frozen: never changes.
+typedef struct jostle_body_pose {
+  struct jostle_body body;
+  struct jostle_pose2 pose;
+  /// 1 if the body is there, 0 if it was taken away (then `pose` is kept but means nothing).
+  uint32_t present;
+  /// 0.
+  uint32_t reserved;
+} jostle_body_pose;
+
+/// A vertical two-finger grasp in the world frame. Frozen: never changes.
+typedef struct jostle_grasp {
+  /// Midpoint between the pads.
+  struct jostle_vec2 position;
+  /// Direction along which the fingers close, from +x, in [0, pi).
+  double angle;
+  /// Distance between the pads before closing, metres.
+  double opening;
+  /// Width of the body between the pads, metres.
+  double width;
+  /// Least spare room of all conditions of the grasp, metres; it holds while this is not negative.
+  double margin;
+  /// Expected quality in [0, 1].
+  double score;
+} jostle_grasp;
+
+/// The measures of a two-finger gripper: the closed fingers it pushes with, the jaw it grasps with. Metres and radians.
+typedef struct jostle_gripper {
+  /// Set by jostle_gripper_default().
+  uint32_t struct_size;
+  /// 0.
+  uint32_t reserved;
+  /// Closed fingers: extent across the push.
+  double push_width;
+  /// Closed fingers: extent along the push.
+  double push_thickness;
+  /// Free gap needed round the closed fingers where they come down.
+  double push_clearance;
+  /// Free distance between the pads when open.
+  double opening;
+  /// Extent of a finger across the closing direction (the pad's width).
+  double finger_width;
+  /// Extent of a finger along the closing direction.
+  double finger_thickness;
+  /// Free gap needed on every side of a finger.
+  double finger_clearance;
+  /// Free gap needed between each pad and the body before closing.
+  double fit;
+  /// Strip at either end of the pads that another body may block while closing.
+  double pad_edge;
+  /// Least length of the body that the pads must cover.
+  double min_cover;
+  /// Greatest angle between the two gripped faces.
+  double max_wedge;
+} jostle_gripper;
+
+/// When a body counts as having left the workspace: one of the JOSTLE_LEAVE_ values.
+typedef int32_t jostle_leave_rule;
+
+/// Which bodies must not leave: one of the JOSTLE_SCOPE_ values.
+typedef int32_t jostle_leave_scope;
+
+/// The rectangle that bodies must not leave, in the world frame.
+typedef struct jostle_workspace {
+  /// Set by jostle_workspace_default().
+  uint32_t struct_size;
+  /// JOSTLE_LEAVE_CENTRE or JOSTLE_LEAVE_FOOTPRINT.
+  jostle_leave_rule leave_rule;
+  /// Least x and y, metres.
+  struct jostle_vec2 min;
+  /// Greatest x and y, metres.
+  struct jostle_vec2 max;
+  /// JOSTLE_SCOPE_ALL_BODIES or JOSTLE_SCOPE_TARGET_ONLY.
+  jostle_leave_scope leave_scope;
+  /// 0.
+  uint32_t reserved;
+} jostle_workspace;
+
+/// How far a decision is.
+typedef struct jostle_progress {
+  /// Set by jostle_progress_default().
+  uint32_t struct_size;
+  /// Actions of the shortest solution found so far, JOSTLE_NO_SOLUTION while there is none.
+  uint32_t solution_actions;
+  /// Iterations done.
+  uint64_t iterations;
+  /// Nodes of the search tree.
+  uint64_t nodes;
+  /// Pushes simulated.
+  uint64_t simulations;
+  /// Best return seen for a first action.
+  double best_value;
+  /// Since the decision began.
+  double elapsed_seconds;
+} jostle_progress;
+
+/// Which published form of a planner: one of the JOSTLE_VARIANT_ values.
+typedef int32_t jostle_variant;
+
+/// What a planner is told once. Texts are copied.
+typedef struct jostle_planner_options {
+  /// Set by jostle_planner_options_default().
+  uint32_t struct_size;
+  /// Worker threads; 0 runs everything on the caller. Never changes a plan made within a limit of iterations.
+  /// JOSTLE_THREADS_OF_CONTEXT by default.
+  uint32_t threads;
+  /// "pmbs" or "mcts"; null (the default) for "pmbs".
+  const char *planner;
+  /// Engine that predicts what a push does; null (the default) for "rapier".
+  const char *engine;
+  /// The engine's preset: "fast", "balanced" or "fine"; null (the default) for "fast".
+  const char *preset;
+  /// Push sampler: "vft", "more", "pmbs" or "dense"; null (the default) for the planner's own.
+  const char *sampler;
+  /// 0 by default.
+  uint64_t seed;
+  /// Iterations of one decision, at least 1; JOSTLE_NO_LIMIT (the default) for no such limit. With neither this nor
+  /// max_seconds the planner's published number of iterations is used.
+  uint64_t max_iterations;
+  /// Wall-clock seconds of one decision, greater than 0; infinity (HUGE_VAL, the default) for no such limit.
+  double max_seconds;
+  /// Bytes of the search tree, at least 1; JOSTLE_NO_LIMIT (the default) for no such limit.
+  uint64_t max_bytes;
+  /// Travel of a push, metres; 0 (the default) for the sampler's own.
+  double push_length;
+  /// A grasp is executed if its score is at least this, in [0, 1]; the default is the library's.
+  double execute_score;
+  /// A simulated state is a solution if its best grasp's score is at least this, in [0, 1]; the default is the library's.
+  double solved_score;
+  /// Logical lanes of a parallel search; changes plans. 0 (the default) for the planner's own.
+  uint32_t lanes;
+  /// Greatest number of pushes in a plan; 0 (the default) for the planner's own.
+  uint32_t max_depth;
+  /// Where the dissertation and its published code disagree: JOSTLE_VARIANT_DISSERTATION by default.
+  jostle_variant variant;
+  /// 0.
+  uint32_t reserved;
+} jostle_planner_options;
+
+/// Told how far a decision is; a value other than 0 cancels it. It is called on the thread that decides (the caller's
+/// for solve and step, the job's own for a job) while the search waits, so it should return soon. No lock is held, but
+/// the planner is in use: calls on it return JOSTLE_ERROR_BUSY. It must not throw or longjmp.
+typedef int32_t (*jostle_progress_callback)(const struct jostle_progress *progress, void *user);
+
+/// What one decision is told.
+typedef struct jostle_solve_options {
+  /// Set by jostle_solve_options_default().
+  uint32_t struct_size;
+  /// 0.
+  uint32_t reserved;
+  /// Ends the decision when triggered; null (the default) for none. It may be freed while the decision runs.
+  const struct jostle_cancel *cancel;
+  /// Told how far the decision is; null (the default) for none.
+  jostle_progress_callback progress;
+  /// Passed to `progress`.
+  void *user;
+  /// Least time between two calls of `progress`, seconds: 0.1 by default.
+  double progress_seconds;
+} jostle_solve_options;
+
+/// What an action is: one of the JOSTLE_ACTION_ values.
+typedef int32_t jostle_action_kind;
+
+/// A straight push in the world frame: the closed fingers come down at `start`, move to `end` and lift. The points are
+/// the centre of the fingers' footprint; their width stays across the push. Frozen: never changes.
+typedef struct jostle_push {
+  struct jostle_vec2 start;
+  struct jostle_vec2 end;
+} jostle_push;
+
+/// One action. Frozen: never changes.
+typedef struct jostle_action {
+  /// JOSTLE_ACTION_PUSH or JOSTLE_ACTION_GRASP.
+  jostle_action_kind kind;
+  /// 0.
+  uint32_t reserved;
+  /// The body that a grasp takes or a push was aimed at; zero for a push aimed at none.
+  struct jostle_body body;
+  struct jostle_push push;
+  struct jostle_grasp grasp;
+} jostle_action;
+
+/// Whether a job still runs: one of the JOSTLE_JOB_ values.
+typedef int32_t jostle_job_state;
+
+/// How a decision ended: one of the JOSTLE_OUTCOME_ values. None of them is an error.
+typedef int32_t jostle_outcome;
+
+/// A first action that was considered, for explaining a decision. Frozen: never changes.
+typedef struct jostle_ranked_action {
+  struct jostle_action action;
+  /// Mean of the returns.
+  double value;
+  /// Greatest return.
+  double best_return;
+  uint64_t visits;
+  double prior;
+  /// Fewest actions to a solution below it, JOSTLE_NO_SOLUTION if none was found.
+  uint32_t solution_actions;
+  /// 0.
+  uint32_t reserved;
+} jostle_ranked_action;
+
+/// What a decision took.
+typedef struct jostle_plan_statistics {
+  /// Set by jostle_plan_statistics_default().
+  uint32_t struct_size;
+  /// No plan of this many pushes or fewer exists in the planner's actions and model (all were tried);
+  /// JOSTLE_UNKNOWN if that is not known.
+  uint32_t no_plan_within;
+  /// Iterations of the search; as a limit, the same number makes the same plan again.
+  uint64_t iterations;
+  /// Nodes of the search tree.
+  uint64_t nodes;
+  /// Pushes simulated.
+  uint64_t simulations;
+  /// The planner's seed.
+  uint64_t seed;
+  /// Wall-clock time of the decision.
+  double seconds;
+  /// Time of all threads in physics, grasp test and sampling.
+  double domain_seconds;
+  /// Time of the deciding thread outside of them.
+  double search_seconds;
+  /// Score of the plan's last grasp in the model, 0 without one.
+  double grasp_score;
+} jostle_plan_statistics;
+
+/// How the world differs from the planner's model: not at all by default, but for the finer preset.
+typedef struct jostle_simulator_options {
+  /// Set by jostle_simulator_options_default().
+  uint32_t struct_size;
+  /// 0.
+  uint32_t reserved;
+  /// Engine; null (the default) for "rapier".
+  const char *engine;
+  /// The engine's preset: "fast", "balanced" or "fine"; null (the default) for "fine".
+  const char *preset;
+  /// Of friction and noise: the same seed is the same world. 0 by default.
+  uint64_t seed;
+  /// The friction of the fingertips and of every body is scaled by a factor of its own, drawn between 1 - this and
+  /// 1 + this: 0 by default, at most 0.9.
+  double friction_spread;
+  /// Standard deviation of observed positions, metres: 0 by default, at most 0.02.
+  double position_noise;
+  /// Standard deviation of observed headings, radians: 0 by default, at most 0.5.
+  double angle_noise;
+} jostle_simulator_options;
+
+/// What an action did: one of the JOSTLE_EFFECT_ values.
+typedef int32_t jostle_effect;
+
+/// Done.
+#define JOSTLE_OK 0
+
+/// A value that cannot be used: null, not finite, out of range, degenerate, inconsistent.
+#define JOSTLE_ERROR_ARGUMENT (-1)
+
+/// Not a live handle of the wanted type: freed already, or not made by this library.
+#define JOSTLE_ERROR_HANDLE (-2)
+
+/// The object is not in a state that allows the call.
+#define JOSTLE_ERROR_STATE (-3)
+
+/// Another call is using the object.
+#define JOSTLE_ERROR_BUSY (-4)
+
+/// The buffer is too small; the needed count was written, nothing else.
+#define JOSTLE_ERROR_BUFFER (-5)
+
+/// A name, an index or a body that does not exist.
+#define JOSTLE_ERROR_NOT_FOUND (-6)
+
+/// This build, or this combination of options, cannot do it.
+#define JOSTLE_ERROR_UNSUPPORTED (-7)
+
+/// A file could not be read or written.
+#define JOSTLE_ERROR_IO (-8)
+
+/// A file or text was read but does not say what it should.
+#define JOSTLE_ERROR_FORMAT (-9)
+
+/// A network's file does not fit its use. (Kept for networks; no call returns it yet.)
+#define JOSTLE_ERROR_MODEL (-10)
+
+/// The memory limit does not suffice.
+#define JOSTLE_ERROR_MEMORY (-11)
+
+/// A callback broke its contract. (Kept; no call returns it yet.)
+#define JOSTLE_ERROR_CALLBACK (-12)
+
+/// A defect of the library, caught before it reached the host. Objects that the call could change are poisoned.
+#define JOSTLE_ERROR_PANIC (-13)
+
+/// An earlier call on this object ended in JOSTLE_ERROR_PANIC; it can only be freed.
+#define JOSTLE_ERROR_POISONED (-14)
+
+/// Header and library, or a struct and the library, do not fit together.
+#define JOSTLE_ERROR_ABI (-15)
+
+/// A simple polygon, convex or not: `points`, in order round the outline, in either direction.
+#define JOSTLE_SHAPE_POLYGON 1
+
+/// As JOSTLE_SHAPE_POLYGON, but refused where it is not convex.
+#define JOSTLE_SHAPE_CONVEX_POLYGON 2
+
+/// A disc of `radius` about the origin.
+#define JOSTLE_SHAPE_DISC 3
+
+/// `parts` at poses in the body frame; they should touch.
+#define JOSTLE_SHAPE_COMPOUND 4
+
+/// A block of the library by its name `block`, with its measured mass, height and friction.
+#define JOSTLE_SHAPE_BLOCK 5
+
+/// A straight push; `push` says which, `grasp` is zero.
+#define JOSTLE_ACTION_PUSH 1
+
+/// A vertical two-finger grasp; `grasp` says which, `push` is zero.
+#define JOSTLE_ACTION_GRASP 2
+
+/// Its frame's origin is outside (the default).
+#define JOSTLE_LEAVE_CENTRE 1
+
+/// Any part of its footprint is outside.
+#define JOSTLE_LEAVE_FOOTPRINT 2
+
+/// All bodies (the default).
+#define JOSTLE_SCOPE_ALL_BODIES 1
+
+/// The target alone.
+#define JOSTLE_SCOPE_TARGET_ONLY 2
+
+/// As the text of the dissertation says.
+#define JOSTLE_VARIANT_DISSERTATION 1
+
+/// As the published code does.
+#define JOSTLE_VARIANT_CODE 2
+
+/// It runs.
+#define JOSTLE_JOB_RUNNING 1
+
+/// It ended; jostle_job_take_plan gives its plan, or says why there is none.
+#define JOSTLE_JOB_DONE 2
+
+/// The plan ends with the target grasped, in the planner's model.
+#define JOSTLE_OUTCOME_SOLVED 1
+
+/// The search ended by itself without a grasp; the plan holds the best pushes found.
+#define JOSTLE_OUTCOME_PARTIAL 2
+
+/// Nothing can be done: no grasp, and no legal push. The plan holds no actions.
+#define JOSTLE_OUTCOME_INFEASIBLE 3
+
+/// A limit was reached first; the plan holds the best found so far.
+#define JOSTLE_OUTCOME_BUDGET 4
+
+/// Cancelled. The plan holds no actions, so that an outcome that nobody reads moves no robot.
+#define JOSTLE_OUTCOME_CANCELLED 5
+
+/// The push was executed.
+#define JOSTLE_EFFECT_PUSHED 1
+
+/// The fingers would come down on a body; nothing was executed.
+#define JOSTLE_EFFECT_BLOCKED 2
+
+/// The target was grasped and taken away.
+#define JOSTLE_EFFECT_GRASPED 3
+
+/// The grasp does not hold where the bodies really are, or is not one of the target; nothing changed.
+#define JOSTLE_EFFECT_MISSED 4
+
+#ifdef __cplusplus
+extern "C" {
+#endif // __cplusplus
+
+/// The message of the last call that failed on this thread: which field, what is wrong, what to change.
+/// Empty if none has failed. It says something only just after a failure; later failures overwrite it.
+///
+/// Thread: any; every thread has its own message.
+/// RT: yes.
+/// Nullable: never returns null.
+/// Owns: the library; valid until the thread's next failing call or its end.
+/// Errors: none.
+const char *jostle_last_error(void);
+
+/// The name of a status, such as "JOSTLE_ERROR_BUSY"; "unknown status" for other numbers.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: never returns null.
+/// Owns: the library, for ever.
+/// Errors: none.
+const char *jostle_status_name(jostle_status status);
+
+/// The number of the binary interface that the library was built with.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: none.
+uint32_t jostle_abi_version(void);
+
+/// Refuses a library that does not fit the header: call jostle_abi_check(JOSTLE_ABI_VERSION) before anything else.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ABI (the caller was compiled with the header of another binary interface).
+jostle_status jostle_abi_check(uint32_t version);
+
+/// The library's version, such as "0.1.0".
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: never returns null.
+/// Owns: the library, for ever.
+/// Errors: none.
+const char *jostle_version(void);
+
+/// The library's version as major * 10000 + minor * 100 + patch, to compare with JOSTLE_VERSION_NUMBER.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: none.
+uint32_t jostle_version_number(void);
+
+/// Version, target, profile and compiler of the library, for bug reports.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: never returns null.
+/// Owns: the library, for ever.
+/// Errors: none.
+const char *jostle_build_info(void);
+
+/// 1 if this build has the JOSTLE_FEATURE_ of that number, 0 if not or if the number is unknown. Every function exists
+/// in every build; what needs an absent feature returns JOSTLE_ERROR_UNSUPPORTED.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: none.
+uint32_t jostle_feature(int32_t feature);
+
+/// How many handles of all types are alive in the process: 0 once everything was freed.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: none.
+uint64_t jostle_handle_count(void);
+
+/// Sets every field to its default; `size` is sizeof(jostle_context_options) as the caller was compiled.
+/// jostle_context_options_default() in this header does it for you.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: the caller.
+/// Errors: ARGUMENT (null, a size that no version has).
+jostle_status jostle_context_options_init(struct jostle_context_options *options,
+                                          size_t size);
+
+/// Makes a context.
+///
+/// Thread: any.
+/// RT: no.
+/// Nullable: options (all defaults).
+/// Owns: the caller owns *context and frees it with jostle_context_free; `options` is copied.
+/// Errors: ARGUMENT (null, threads out of range), ABI (options of a newer header), MEMORY.
+jostle_status jostle_context_new(const struct jostle_context_options *options,
+                                 struct jostle_context **context);
+
+/// Frees a context. Objects made from it stay usable until they are freed themselves.
+///
+/// Thread: any.
+/// RT: no.
+/// Nullable: context (does nothing).
+/// Owns: the handle is dead afterwards.
+/// Errors: none returned; a dead handle leaves a message in jostle_last_error().
+void jostle_context_free(struct jostle_context *context);
+
+/// Sets every field to its default; `size` is sizeof(jostle_body_def) as the caller was compiled.
+/// jostle_body_def_default() in this header does it for you.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: the caller.
+/// Errors: ARGUMENT (null, a size that no version has).
+jostle_status jostle_body_def_init(struct jostle_body_def *def, size_t size);
+
+/// Makes an empty scene: gripper robotiq_2f85, workspace of 0.448 m square centred at (0.5, 0).
+///
+/// Thread: any.
+/// RT: no.
+/// Nullable: none.
+/// Owns: the caller owns *scene and frees it with jostle_scene_free.
+/// Errors: ARGUMENT (null), HANDLE, MEMORY.
+jostle_status jostle_scene_new(const struct jostle_context *context, struct jostle_scene **scene);
+
+/// Makes a copy with a life of its own. Bodies have the same ids in both.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: the caller owns *copy and frees it with jostle_scene_free.
+/// Errors: ARGUMENT (null), HANDLE, BUSY, POISONED, MEMORY.
+jostle_status jostle_scene_clone(const struct jostle_scene *scene, struct jostle_scene **copy);
+
+/// Frees a scene. Planners, plans and simulators that were given it keep what they need.
+///
+/// Thread: any.
+/// RT: no.
+/// Nullable: scene (does nothing).
+/// Owns: the handle is dead afterwards.
+/// Errors: none returned; a dead handle leaves a message in jostle_last_error().
+void jostle_scene_free(struct jostle_scene *scene);
+
+/// Adds a body. Whether it overlaps others is checked when all are placed: by jostle_scene_check, jostle_scene_update
+/// and whatever plans or simulates.
+///
+/// Thread: exclusive use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: `def` and all it points to are copied.
+/// Errors: ARGUMENT (null, a field of def: the message names it), HANDLE, BUSY, NOT_FOUND (def.block), POISONED,
+/// ABI. On failure the scene is unchanged.
+jostle_status jostle_scene_add_body(struct jostle_scene *scene,
+                                    const struct jostle_body_def *def,
+                                    struct jostle_body *body);
+
+/// Takes a body out of the scene for good; its id is not used again. (To say that a known body is not there for now,
+/// use jostle_scene_set_present.)
+///
+/// Thread: exclusive use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null, zero body), HANDLE, BUSY, NOT_FOUND, POISONED.
+jostle_status jostle_scene_remove_body(struct jostle_scene *scene,
+                                       struct jostle_body body);
+
+/// Number of bodies, present or not.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null), HANDLE, BUSY, POISONED.
+jostle_status jostle_scene_body_count(const struct jostle_scene *scene, size_t *count);
+
+/// The body with this name.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null, not UTF-8), HANDLE, BUSY, NOT_FOUND, POISONED.
+jostle_status jostle_scene_find_body(const struct jostle_scene *scene,
+                                     const char *name,
+                                     struct jostle_body *body);
+
+/// Copies a body's name to `buffer`; `length` counts the closing zero. A null buffer of capacity 0 asks for the length.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: buffer (with capacity 0).
+/// Owns: the caller owns the buffer.
+/// Errors: ARGUMENT (null, zero body), HANDLE, BUSY, BUFFER (length was written), NOT_FOUND, POISONED.
+jostle_status jostle_scene_body_name(const struct jostle_scene *scene,
+                                     struct jostle_body body,
+                                     char *buffer,
+                                     size_t capacity,
+                                     size_t *length);
+
+/// Places a body. For what a camera saw of many bodies use jostle_scene_update.
+///
+/// Thread: exclusive use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: `pose` is copied.
+/// Errors: ARGUMENT (null, not finite, zero body), HANDLE, BUSY, NOT_FOUND, POISONED.
+jostle_status jostle_scene_set_pose(struct jostle_scene *scene,
+                                    struct jostle_body body,
+                                    const struct jostle_pose2 *pose);
+
+/// Where a body is.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null, zero body), HANDLE, BUSY, NOT_FOUND, POISONED.
+jostle_status jostle_scene_get_pose(const struct jostle_scene *scene,
+                                    struct jostle_body body,
+                                    struct jostle_pose2 *pose);
+
+/// Says whether a body is there (1) or was taken away (0).
+///
+/// Thread: exclusive use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (zero body, present not 0 or 1), HANDLE, BUSY, NOT_FOUND, POISONED.
+jostle_status jostle_scene_set_present(struct jostle_scene *scene,
+                                       struct jostle_body body,
+                                       uint32_t present);
+
+/// Writes 1 to *present if the body is there, else 0.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null, zero body), HANDLE, BUSY, NOT_FOUND, POISONED.
+jostle_status jostle_scene_get_present(const struct jostle_scene *scene,
+                                       struct jostle_body body,
+                                       uint32_t *present);
+
+/// Takes over one observation of many bodies: all of it or, on failure, nothing. Bodies that are not listed stay as
+/// they were. The result is checked: bodies may overlap by the overlap tolerance at most.
+///
+/// Thread: exclusive use of scene.
+/// RT: no.
+/// Nullable: poses (with count 0).
+/// Owns: `poses` is copied.
+/// Errors: ARGUMENT (null, not finite, zero body, a body listed twice, bodies that overlap: the message names the
+/// index), HANDLE, BUSY, NOT_FOUND, POISONED.
+jostle_status jostle_scene_update(struct jostle_scene *scene,
+                                  const struct jostle_body_pose *poses,
+                                  size_t count);
+
+/// Copies the poses of all bodies, in the order in which they were added.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: buffer (with capacity 0: asks for the count).
+/// Owns: the caller owns the buffer.
+/// Errors: ARGUMENT (null), HANDLE, BUSY, BUFFER (count was written), POISONED.
+jostle_status jostle_scene_poses(const struct jostle_scene *scene,
+                                 struct jostle_body_pose *buffer,
+                                 size_t capacity,
+                                 size_t *count);
+
+/// Checks that the scene can be planned with: it has bodies, and none overlap by more than the tolerance.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (what is wrong, with the index of the pose), HANDLE, BUSY, POISONED.
+jostle_status jostle_scene_check(const struct jostle_scene *scene);
+
+/// A hash of all that the scene holds: equal scenes have equal hashes, in every process of this version.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null), HANDLE, BUSY, POISONED.
+jostle_status jostle_scene_hash(const struct jostle_scene *scene,
+                                uint64_t *hash);
+
+/// The best grasp of a body where all bodies are now. *found is 1 if there is one, else 0 and *grasp stays as it was.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null, zero body, absent body, bodies that overlap), HANDLE, BUSY, NOT_FOUND, POISONED.
+jostle_status jostle_scene_best_grasp(const struct jostle_scene *scene,
+                                      struct jostle_body body,
+                                      struct jostle_grasp *grasp,
+                                      uint32_t *found);
+
+/// Sets every field to the gripper robotiq_2f85; `size` is sizeof(jostle_gripper) as the caller was compiled.
+/// jostle_gripper_default() in this header does it for you.
+///
+/// Thread: any.
+/// RT: no.
+/// Nullable: none.
+/// Owns: the caller.
+/// Errors: ARGUMENT (null, a size that no version has).
+jostle_status jostle_gripper_init(struct jostle_gripper *gripper,
+                                  size_t size);
+
+/// The measures of a gripper of the library: "robotiq_2f85" or "dissertation_mask".
+///
+/// Thread: any.
+/// RT: no.
+/// Nullable: none.
+/// Owns: the caller; gripper->struct_size says how much is written.
+/// Errors: ARGUMENT (null, not UTF-8, gripper not initialised), NOT_FOUND (the message lists the names).
+jostle_status jostle_gripper_by_name(const char *name,
+                                     struct jostle_gripper *gripper);
+
+/// Gives the scene's robot this gripper.
+///
+/// Thread: exclusive use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: `gripper` is copied.
+/// Errors: ARGUMENT (null, a field: the message names it), HANDLE, BUSY, POISONED, ABI.
+jostle_status jostle_scene_set_gripper(struct jostle_scene *scene,
+                                       const struct jostle_gripper *gripper);
+
+/// The gripper of the scene's robot.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: the caller; gripper->struct_size says how much is written.
+/// Errors: ARGUMENT (null, gripper not initialised), HANDLE, BUSY, POISONED.
+jostle_status jostle_scene_get_gripper(const struct jostle_scene *scene,
+                                       struct jostle_gripper *gripper);
+
+/// Sets every field to its default; `size` is sizeof(jostle_workspace) as the caller was compiled.
+/// jostle_workspace_default() in this header does it for you.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: the caller.
+/// Errors: ARGUMENT (null, a size that no version has).
+jostle_status jostle_workspace_init(struct jostle_workspace *workspace, size_t size);
+
+/// Sets the rectangle that bodies must not leave, and the rule.
+///
+/// Thread: exclusive use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: `workspace` is copied.
+/// Errors: ARGUMENT (null, a field: the message names it), HANDLE, BUSY, POISONED, ABI.
+jostle_status jostle_scene_set_workspace(struct jostle_scene *scene,
+                                         const struct jostle_workspace *workspace);
+
+/// The rectangle that bodies must not leave, and the rule.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: the caller; workspace->struct_size says how much is written.
+/// Errors: ARGUMENT (null, workspace not initialised), HANDLE, BUSY, POISONED.
+jostle_status jostle_scene_get_workspace(const struct jostle_scene *scene,
+                                         struct jostle_workspace *workspace);
+
+/// Sets the friction coefficients of the table and of the fingertips. A contact uses the product of its two surfaces'
+/// coefficients. Defaults: 1.1 and 0.9.
+///
+/// Thread: exclusive use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (not finite, out of 0..10), HANDLE, BUSY, POISONED.
+jostle_status jostle_scene_set_friction(struct jostle_scene *scene,
+                                        double ground,
+                                        double tip);
+
+/// The friction coefficients of the table and of the fingertips.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null), HANDLE, BUSY, POISONED.
+jostle_status jostle_scene_get_friction(const struct jostle_scene *scene,
+                                        double *ground,
+                                        double *tip);
+
+/// Sets how far two bodies may overlap before an observation is refused, metres: 0.006 by default.
+///
+/// Thread: exclusive use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (not finite, out of 0..0.05), HANDLE, BUSY, POISONED.
+jostle_status jostle_scene_set_overlap_tolerance(struct jostle_scene *scene, double metres);
+
+/// Reads a problem's file (JSON, see docs/scene-format.md): the scene, and the body to retrieve.
+///
+/// Thread: any.
+/// RT: no.
+/// Nullable: none.
+/// Owns: the caller owns *scene and frees it with jostle_scene_free.
+/// Errors: ARGUMENT (null, not UTF-8), HANDLE, IO, FORMAT (the message names the field and its line), MEMORY.
+jostle_status jostle_scene_read(const struct jostle_context *context,
+                                const char *path,
+                                struct jostle_scene **scene,
+                                struct jostle_body *target);
+
+/// Writes the problem of retrieving `target` as a file (JSON) that jostle_scene_read and the command-line tool read.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null, not UTF-8, zero target, absent target, bodies that overlap), HANDLE, BUSY, NOT_FOUND (target),
+/// IO, POISONED.
+jostle_status jostle_scene_write(const struct jostle_scene *scene,
+                                 struct jostle_body target,
+                                 const char *path);
+
+/// Makes a random packed scene of `bodies` blocks and picks the one to retrieve. The same seed, index and number make
+/// the same scene.
+///
+/// Thread: any.
+/// RT: no.
+/// Nullable: none.
+/// Owns: the caller owns *scene and frees it with jostle_scene_free.
+/// Errors: ARGUMENT (null, bodies out of range or more than find room), HANDLE, MEMORY.
+jostle_status jostle_scene_generate(const struct jostle_context *context,
+                                    uint64_t seed,
+                                    uint64_t index,
+                                    size_t bodies,
+                                    struct jostle_scene **scene,
+                                    struct jostle_body *target);
+
+/// Makes a flag that is not triggered.
+///
+/// Thread: any.
+/// RT: no.
+/// Nullable: none.
+/// Owns: the caller owns *cancel and frees it with jostle_cancel_free, whenever it likes: decisions hold on to the flag.
+/// Errors: ARGUMENT (null), HANDLE, MEMORY.
+jostle_status jostle_cancel_new(const struct jostle_context *context,
+                                struct jostle_cancel **cancel);
+
+/// Makes a second handle to the same flag, with a life of its own: give each thread that triggers its own handle, and
+/// no thread has to know when another frees.
+///
+/// Thread: any.
+/// RT: no.
+/// Nullable: none.
+/// Owns: the caller owns *copy and frees it with jostle_cancel_free.
+/// Errors: ARGUMENT (null), HANDLE, MEMORY.
+jostle_status jostle_cancel_clone(const struct jostle_cancel *cancel,
+                                  struct jostle_cancel **copy);
+
+/// Asks every decision that was given the flag to end. It ends within the time that docs/c-api.md states, and its plan
+/// holds no actions. Triggering twice changes nothing.
+///
+/// Thread: any, at any time, also from a signal handler or a real-time thread.
+/// RT: yes (no lock, no memory, no system call).
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null), HANDLE (also when it was freed: that is safe to try).
+jostle_status jostle_cancel_trigger(const struct jostle_cancel *cancel);
+
+/// Makes the flag usable for the next decision. A decision that has seen the request already still ends.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null), HANDLE.
+jostle_status jostle_cancel_reset(const struct jostle_cancel *cancel);
+
+/// Writes 1 to *triggered if the flag was triggered (and not reset), else 0.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null), HANDLE.
+jostle_status jostle_cancel_triggered(const struct jostle_cancel *cancel, uint32_t *triggered);
+
+/// Frees a handle. The flag itself lives on while a decision or another handle uses it.
+///
+/// Thread: any, also while another thread triggers this handle.
+/// RT: no.
+/// Nullable: cancel (does nothing).
+/// Owns: the handle is dead afterwards.
+/// Errors: none returned; a dead handle leaves a message in jostle_last_error().
+void jostle_cancel_free(struct jostle_cancel *cancel);
+
+/// Sets every field to its default; `size` is sizeof(jostle_progress) as the caller was compiled.
+/// jostle_progress_default() in this header does it for you.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: the caller.
+/// Errors: ARGUMENT (null, a size that no version has).
+jostle_status jostle_progress_init(struct jostle_progress *progress, size_t size);
+
+/// Sets every field to its default; `size` is sizeof(jostle_planner_options) as the caller was compiled.
+/// jostle_planner_options_default() in this header does it for you.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: the caller.
+/// Errors: ARGUMENT (null, a size that no version has).
+jostle_status jostle_planner_options_init(struct jostle_planner_options *options,
+                                          size_t size);
+
+/// Sets every field to its default; `size` is sizeof(jostle_solve_options) as the caller was compiled.
+/// jostle_solve_options_default() in this header does it for you.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: the caller.
+/// Errors: ARGUMENT (null, a size that no version has).
+jostle_status jostle_solve_options_init(struct jostle_solve_options *options,
+                                        size_t size);
+
+/// Makes a planner.
+///
+/// Thread: any.
+/// RT: no.
+/// Nullable: options (all defaults).
+/// Owns: the caller owns *planner and frees it with jostle_planner_free; `options` is copied.
+/// Errors: ARGUMENT (null, an option: the message names it), HANDLE, NOT_FOUND (an unknown planner, engine, preset or
+/// sampler: the message lists the known), UNSUPPORTED, MEMORY, ABI.
+jostle_status jostle_planner_new(const struct jostle_context *context,
+                                 const struct jostle_planner_options *options,
+                                 struct jostle_planner **planner);
+
+/// Frees a planner and ends its worker threads. If a job of the planner still runs, they end with the job.
+///
+/// Thread: any.
+/// RT: no.
+/// Nullable: planner (does nothing).
+/// Owns: the handle is dead afterwards.
+/// Errors: none returned; a dead handle leaves a message in jostle_last_error().
+void jostle_planner_free(struct jostle_planner *planner);
+
+/// Decides what to do to retrieve `target`, within the planner's limits, and waits for it. The search tree that
+/// jostle_planner_advance kept is used if the scene is the one that was expected. The scene may be changed by other
+/// threads meanwhile: the planner has its own copy.
+///
+/// Thread: exclusive use of planner, shared use of scene for a moment.
+/// RT: no (for real-time threads: jostle_planner_job_start from another thread, jostle_job_poll from any).
+/// Nullable: options (all defaults).
+/// Owns: the caller owns *plan and frees it with jostle_plan_free.
+/// Errors: ARGUMENT (null, an option, zero target, target absent or not pickable, bodies that overlap), HANDLE, BUSY,
+/// NOT_FOUND (target), UNSUPPORTED, MEMORY, PANIC, POISONED, ABI. Running into a limit and being cancelled are outcomes.
+jostle_status jostle_planner_solve(struct jostle_planner *planner,
+                                   const struct jostle_scene *scene,
+                                   struct jostle_body target,
+                                   const struct jostle_solve_options *options,
+                                   struct jostle_plan **plan);
+
+/// Does at most `iterations` iterations of the decision on the calling thread and gives the best plan so far; called
+/// again with the same scene and target it goes on where it was.
+///
+/// Thread: exclusive use of planner, shared use of scene for a moment.
+/// RT: no.
+/// Nullable: options (all defaults).
+/// Owns: the caller owns *plan and frees it with jostle_plan_free.
+/// Errors: ARGUMENT (null, an option, zero iterations, zero target, target absent or not pickable, bodies that overlap),
+/// HANDLE, BUSY, NOT_FOUND (target), UNSUPPORTED, MEMORY, PANIC, POISONED, ABI.
+jostle_status jostle_planner_step(struct jostle_planner *planner,
+                                  const struct jostle_scene *scene,
+                                  struct jostle_body target,
+                                  uint64_t iterations,
+                                  const struct jostle_solve_options *options,
+                                  struct jostle_plan **plan);
+
+/// Tells the planner that the first action of its last plan was executed: the part of the search tree below it is
+/// kept. *kept is 1 if there was one, else 0.
+///
+/// Thread: exclusive use of planner.
+/// RT: no.
+/// Nullable: kept.
+/// Owns: `action` is copied.
+/// Errors: ARGUMENT (null, not finite, unknown kind), HANDLE, BUSY, NOT_FOUND (action.body), PANIC, POISONED.
+jostle_status jostle_planner_advance(struct jostle_planner *planner,
+                                     const struct jostle_action *action,
+                                     uint32_t *kept);
+
+/// Forgets the search tree.
+///
+/// Thread: exclusive use of planner.
+/// RT: no.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null), HANDLE, BUSY, POISONED.
+jostle_status jostle_planner_reset(struct jostle_planner *planner);
+
+/// Bytes that the search tree holds.
+///
+/// Thread: exclusive use of planner.
+/// RT: no.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null), HANDLE, BUSY, POISONED.
+jostle_status jostle_planner_memory(struct jostle_planner *planner, uint64_t *bytes);
+
+/// How far the planner's decision is, whichever thread makes it; the last numbers if none is being made.
+///
+/// Thread: any, at any time.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: the caller; progress->struct_size says how much is written.
+/// Errors: ARGUMENT (null, progress not initialised), HANDLE.
+jostle_status jostle_planner_progress(const struct jostle_planner *planner,
+                                      struct jostle_progress *progress);
+
+/// Starts a decision in the background: as jostle_planner_solve, without waiting. Until it ends, other calls on the
+/// planner return JOSTLE_ERROR_BUSY.
+///
+/// Thread: exclusive use of planner, shared use of scene for a moment.
+/// RT: no.
+/// Nullable: options (all defaults).
+/// Owns: the caller owns *job and frees it with jostle_job_free.
+/// Errors: ARGUMENT (null, an option, zero target, target absent or not pickable, bodies that overlap), HANDLE, BUSY,
+/// NOT_FOUND (target), STATE (no thread can be started), MEMORY, POISONED, ABI. Later failures are the job's.
+jostle_status jostle_planner_job_start(struct jostle_planner *planner,
+                                       const struct jostle_scene *scene,
+                                       struct jostle_body target,
+                                       const struct jostle_solve_options *options,
+                                       struct jostle_job **job);
+
+/// Whether the job still runs, and how far it is. Does not wait.
+///
+/// Thread: any, at any time.
+/// RT: yes.
+/// Nullable: state, progress.
+/// Owns: the caller; progress->struct_size says how much is written.
+/// Errors: ARGUMENT (progress not initialised), HANDLE.
+jostle_status jostle_job_poll(const struct jostle_job *job,
+                              jostle_job_state *state,
+                              struct jostle_progress *progress);
+
+/// Waits at most `seconds` for the job's end; infinity (HUGE_VAL) waits for as long as it takes. Running out of time is
+/// not an error: *state says which it was.
+///
+/// Thread: any, several at once.
+/// RT: no (it waits).
+/// Nullable: state.
+/// Owns: nothing.
+/// Errors: ARGUMENT (seconds negative or not a number), HANDLE.
+jostle_status jostle_job_wait(const struct jostle_job *job,
+                              double seconds,
+                              jostle_job_state *state);
+
+/// Asks the job to end, as a cancel flag would.
+///
+/// Thread: any, at any time.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null), HANDLE.
+jostle_status jostle_job_cancel(const struct jostle_job *job);
+
+/// Takes the plan of a job that has ended, or returns the job's failure with its message.
+///
+/// Thread: any.
+/// RT: no.
+/// Nullable: none.
+/// Owns: the caller owns *plan and frees it with jostle_plan_free; a job gives its plan once.
+/// Errors: ARGUMENT (null), HANDLE, STATE (it still runs, or the plan was taken), and whatever failed in the job.
+jostle_status jostle_job_take_plan(struct jostle_job *job,
+                                   struct jostle_plan **plan);
+
+/// Frees a job. One that still runs is cancelled, and the call waits for its end.
+///
+/// Thread: any.
+/// RT: no (it may wait for as long as a cancel takes).
+/// Nullable: job (does nothing).
+/// Owns: the handle is dead afterwards; a plan that was not taken is lost.
+/// Errors: none returned; a dead handle leaves a message in jostle_last_error().
+void jostle_job_free(struct jostle_job *job);
+
+/// Frees a plan.
+///
+/// Thread: any.
+/// RT: no.
+/// Nullable: plan (does nothing).
+/// Owns: the handle is dead afterwards.
+/// Errors: none returned; a dead handle leaves a message in jostle_last_error().
+void jostle_plan_free(struct jostle_plan *plan);
+
+/// How the decision ended. Read it before anything else.
+///
+/// Thread: shared use of plan.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null), HANDLE.
+jostle_status jostle_plan_outcome(const struct jostle_plan *plan, jostle_outcome *outcome);
+
+/// The name of an outcome, such as "solved"; "unknown outcome" for other numbers.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: never returns null.
+/// Owns: the library, for ever.
+/// Errors: none.
+const char *jostle_outcome_name(jostle_outcome outcome);
+
+/// Number of actions.
+///
+/// Thread: shared use of plan.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null), HANDLE.
+jostle_status jostle_plan_action_count(const struct jostle_plan *plan, size_t *count);
+
+/// One action, from 0. Execute the first, observe, and plan again.
+///
+/// Thread: shared use of plan.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null), HANDLE, NOT_FOUND (the plan has no such action).
+jostle_status jostle_plan_action(const struct jostle_plan *plan,
+                                 size_t index,
+                                 struct jostle_action *action);
+
+/// Copies all actions, in order.
+///
+/// Thread: shared use of plan.
+/// RT: no.
+/// Nullable: buffer (with capacity 0: asks for the count).
+/// Owns: the caller owns the buffer.
+/// Errors: ARGUMENT (null), HANDLE, BUFFER (count was written).
+jostle_status jostle_plan_actions(const struct jostle_plan *plan,
+                                  struct jostle_action *buffer,
+                                  size_t capacity,
+                                  size_t *count);
+
+/// The search's value of one action, from 0.
+///
+/// Thread: shared use of plan.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null), HANDLE, NOT_FOUND (the plan has no such action).
+jostle_status jostle_plan_value(const struct jostle_plan *plan, size_t index, double *value);
+
+/// Copies the poses that the planner expects of all bodies after one action; after a grasp the grasped body is absent.
+///
+/// Thread: shared use of plan.
+/// RT: no.
+/// Nullable: buffer (with capacity 0: asks for the count).
+/// Owns: the caller owns the buffer.
+/// Errors: ARGUMENT (null), HANDLE, BUFFER (count was written), NOT_FOUND (the plan has no such action).
+jostle_status jostle_plan_predicted(const struct jostle_plan *plan,
+                                    size_t index,
+                                    struct jostle_body_pose *buffer,
+                                    size_t capacity,
+                                    size_t *count);
+
+/// Copies the first actions that were considered, best first.
+///
+/// Thread: shared use of plan.
+/// RT: no.
+/// Nullable: buffer (with capacity 0: asks for the count).
+/// Owns: the caller owns the buffer.
+/// Errors: ARGUMENT (null), HANDLE, BUFFER (count was written).
+jostle_status jostle_plan_considered(const struct jostle_plan *plan,
+                                     struct jostle_ranked_action *buffer,
+                                     size_t capacity,
+                                     size_t *count);
+
+/// Sets every field to its default; `size` is sizeof(jostle_plan_statistics) as the caller was compiled.
+/// jostle_plan_statistics_default() in this header does it for you.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: the caller.
+/// Errors: ARGUMENT (null, a size that no version has).
+jostle_status jostle_plan_statistics_init(struct jostle_plan_statistics *statistics,
+                                          size_t size);
+
+/// What the decision took.
+///
+/// Thread: shared use of plan.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: the caller; statistics->struct_size says how much is written.
+/// Errors: ARGUMENT (null, statistics not initialised), HANDLE.
+jostle_status jostle_plan_get_statistics(const struct jostle_plan *plan,
+                                         struct jostle_plan_statistics *statistics);
+
+/// A hash of outcome, actions and predicted poses: equal plans have equal hashes. Within a limit of iterations it is
+/// the same at any number of threads.
+///
+/// Thread: shared use of plan.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null), HANDLE.
+jostle_status jostle_plan_hash(const struct jostle_plan *plan,
+                               uint64_t *hash);
+
+/// Copies the plan as JSON text; `length` counts the closing zero. Bodies are named by their indices in the scene.
+///
+/// Thread: shared use of plan.
+/// RT: no.
+/// Nullable: buffer (with capacity 0: asks for the length).
+/// Owns: the caller owns the buffer.
+/// Errors: ARGUMENT (null), HANDLE, BUFFER (length was written).
+jostle_status jostle_plan_json(const struct jostle_plan *plan,
+                               char *buffer,
+                               size_t capacity,
+                               size_t *length);
+
+/// Sets every field to its default; `size` is sizeof(jostle_simulator_options) as the caller was compiled.
+/// jostle_simulator_options_default() in this header does it for you.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: the caller.
+/// Errors: ARGUMENT (null, a size that no version has).
+jostle_status jostle_simulator_options_init(struct jostle_simulator_options *options,
+                                            size_t size);
+
+/// Makes a world that begins where `scene` is; later changes of the scene do not reach it.
+///
+/// Thread: any; shared use of scene for a moment.
+/// RT: no.
+/// Nullable: options (all defaults).
+/// Owns: the caller owns *simulator and frees it with jostle_simulator_free; `options` is copied.
+/// Errors: ARGUMENT (null, an option: the message names it, zero target, target absent or not pickable, bodies that
+/// overlap), HANDLE, BUSY, NOT_FOUND (target, engine, preset), UNSUPPORTED, POISONED, MEMORY, ABI.
+jostle_status jostle_simulator_new(const struct jostle_context *context,
+                                   const struct jostle_scene *scene,
+                                   struct jostle_body target,
+                                   const struct jostle_simulator_options *options,
+                                   struct jostle_simulator **simulator);
+
+/// Frees a simulator.
+///
+/// Thread: any.
+/// RT: no.
+/// Nullable: simulator (does nothing).
+/// Owns: the handle is dead afterwards.
+/// Errors: none returned; a dead handle leaves a message in jostle_last_error().
+void jostle_simulator_free(struct jostle_simulator *simulator);
+
+/// Executes an action and says what it did.
+///
+/// Thread: exclusive use of simulator.
+/// RT: no.
+/// Nullable: none.
+/// Owns: `action` is copied.
+/// Errors: ARGUMENT (null, not finite, unknown kind), HANDLE, BUSY, NOT_FOUND (action.body), UNSUPPORTED, PANIC,
+/// POISONED.
+jostle_status jostle_simulator_execute(struct jostle_simulator *simulator,
+                                       const struct jostle_action *action,
+                                       jostle_effect *effect);
+
+/// The name of an effect, such as "pushed"; "unknown effect" for other numbers.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: never returns null.
+/// Owns: the library, for ever.
+/// Errors: none.
+const char *jostle_effect_name(jostle_effect effect);
+
+/// Copies what a camera reports now: the poses of all bodies, with new noise in every call. It fits
+/// jostle_scene_update.
+///
+/// Thread: exclusive use of simulator.
+/// RT: no.
+/// Nullable: buffer (with capacity 0: asks for the count, and takes no look).
+/// Owns: the caller owns the buffer.
+/// Errors: ARGUMENT (null), HANDLE, BUSY, BUFFER (count was written), POISONED.
+jostle_status jostle_simulator_observe(struct jostle_simulator *simulator,
+                                       struct jostle_body_pose *buffer,
+                                       size_t capacity,
+                                       size_t *count);
+
+/// Copies where all bodies really are.
+///
+/// Thread: exclusive use of simulator.
+/// RT: no.
+/// Nullable: buffer (with capacity 0: asks for the count).
+/// Owns: the caller owns the buffer.
+/// Errors: ARGUMENT (null), HANDLE, BUSY, BUFFER (count was written), POISONED.
+jostle_status jostle_simulator_poses(struct jostle_simulator *simulator,
+                                     struct jostle_body_pose *buffer,
+                                     size_t capacity,
+                                     size_t *count);
+
+/// Writes 1 to *left if the target is outside of the workspace, by the workspace's rule, else 0.
+///
+/// Thread: exclusive use of simulator.
+/// RT: no.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null), HANDLE, BUSY, POISONED.
+jostle_status jostle_simulator_target_left(struct jostle_simulator *simulator, uint32_t *left);
+
+/// Version of this header; jostle_version() says the library's.
+#define JOSTLE_VERSION "0.1.0"
+#define JOSTLE_VERSION_MAJOR 0
+#define JOSTLE_VERSION_MINOR 1
+#define JOSTLE_VERSION_PATCH 0
+/// To compare with jostle_version_number().
+#define JOSTLE_VERSION_NUMBER (0 * 10000 + 1 * 100 + 0)
+
+/// Whether two bodies are the same.
+#define JOSTLE_BODY_EQ(a, b) ((a).id == (b).id)
+
+/// All defaults, with the size that this header knows.
+static inline jostle_context_options jostle_context_options_default(void) {
+    jostle_context_options value;
+    jostle_context_options_init(&value, sizeof value);
+    return value;
+}
+
+/// All defaults, with the size that this header knows.
+static inline jostle_body_def jostle_body_def_default(void) {
+    jostle_body_def value;
+    jostle_body_def_init(&value, sizeof value);
+    return value;
+}
+
+/// All defaults, with the size that this header knows.
+static inline jostle_gripper jostle_gripper_default(void) {
+    jostle_gripper value;
+    jostle_gripper_init(&value, sizeof value);
+    return value;
+}
+
+/// All defaults, with the size that this header knows.
+static inline jostle_workspace jostle_workspace_default(void) {
+    jostle_workspace value;
+    jostle_workspace_init(&value, sizeof value);
+    return value;
+}
+
+/// All defaults, with the size that this header knows.
+static inline jostle_planner_options jostle_planner_options_default(void) {
+    jostle_planner_options value;
+    jostle_planner_options_init(&value, sizeof value);
+    return value;
+}
+
+/// All defaults, with the size that this header knows.
+static inline jostle_solve_options jostle_solve_options_default(void) {
+    jostle_solve_options value;
+    jostle_solve_options_init(&value, sizeof value);
+    return value;
+}
+
+/// All defaults, with the size that this header knows.
+static inline jostle_progress jostle_progress_default(void) {
+    jostle_progress value;
+    jostle_progress_init(&value, sizeof value);
+    return value;
+}
+
+/// All defaults, with the size that this header knows.
+static inline jostle_plan_statistics jostle_plan_statistics_default(void) {
+    jostle_plan_statistics value;
+    jostle_plan_statistics_init(&value, sizeof value);
+    return value;
+}
+
+/// All defaults, with the size that this header knows.
+static inline jostle_simulator_options jostle_simulator_options_default(void) {
+    jostle_simulator_options value;
+    jostle_simulator_options_init(&value, sizeof value);
+    return value;
+}
+
+#ifdef __cplusplus
+}  // extern "C"
+#endif  // __cplusplus
+
+#endif  /* JOSTLE_JOSTLE_H */

@@ -1,0 +1,354 @@
+//! Settings of a scene: gripper, workspace, friction, tolerance.
+
+use std::ffi::c_char;
+
+use super::abi::{Sized32, init_sized, jostle_vec2, out, read_sized, text, write_sized};
+use super::guard::guard;
+use super::scene::{jostle_scene, with, with_mut};
+use super::status::{Failure, Outcome, jostle_status};
+use crate::error::check_range;
+use crate::scene::{Friction, Grasper, Gripper, LeaveRule, LeaveScope, PushTip, Workspace};
+
+/// The measures of a two-finger gripper: the closed fingers it pushes with, the jaw it grasps with. Metres and radians.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct jostle_gripper {
+    /// Set by jostle_gripper_default().
+    pub struct_size: u32,
+    /// 0.
+    pub reserved: u32,
+    /// Closed fingers: extent across the push.
+    pub push_width: f64,
+    /// Closed fingers: extent along the push.
+    pub push_thickness: f64,
+    /// Free gap needed round the closed fingers where they come down.
+    pub push_clearance: f64,
+    /// Free distance between the pads when open.
+    pub opening: f64,
+    /// Extent of a finger across the closing direction (the pad's width).
+    pub finger_width: f64,
+    /// Extent of a finger along the closing direction.
+    pub finger_thickness: f64,
+    /// Free gap needed on every side of a finger.
+    pub finger_clearance: f64,
+    /// Free gap needed between each pad and the body before closing.
+    pub fit: f64,
+    /// Strip at either end of the pads that another body may block while closing.
+    pub pad_edge: f64,
+    /// Least length of the body that the pads must cover.
+    pub min_cover: f64,
+    /// Greatest angle between the two gripped faces.
+    pub max_wedge: f64,
+}
+
+impl From<&Gripper> for jostle_gripper {
+    fn from(gripper: &Gripper) -> Self {
+        let (p, g) = (&gripper.push, &gripper.grasp);
+        jostle_gripper {
+            struct_size: size_of::<Self>() as u32,
+            reserved: 0,
+            push_width: p.width,
+            push_thickness: p.thickness,
+            push_clearance: p.clearance,
+            opening: g.opening,
+            finger_width: g.finger_width,
+            finger_thickness: g.finger_thickness,
+            finger_clearance: g.finger_clearance,
+            fit: g.fit,
+            pad_edge: g.pad_edge,
+            min_cover: g.min_cover,
+            max_wedge: g.max_wedge,
+        }
+    }
+}
+
+// SAFETY: repr(C), struct_size first, numbers without padding.
+unsafe impl Sized32 for jostle_gripper {
+    const NAME: &'static str = "jostle_gripper";
+    const FIRST_SIZE: usize = 96;
+    fn defaults() -> Self {
+        (&Gripper::default()).into()
+    }
+}
+
+/// Sets every field to the gripper robotiq_2f85; `size` is sizeof(jostle_gripper) as the caller was compiled.
+/// jostle_gripper_default() in this header does it for you.
+///
+/// Thread: any.
+/// RT: no.
+/// Nullable: none.
+/// Owns: the caller.
+/// Errors: ARGUMENT (null, a size that no version has).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_gripper_init(gripper: *mut jostle_gripper, size: usize) -> jostle_status {
+    // SAFETY: the caller promises `size` writable bytes.
+    guard("jostle_gripper_init", |_| unsafe { init_sized(gripper, "gripper", size) })
+}
+
+/// The measures of a gripper of the library: "robotiq_2f85" or "dissertation_mask".
+///
+/// Thread: any.
+/// RT: no.
+/// Nullable: none.
+/// Owns: the caller; gripper->struct_size says how much is written.
+/// Errors: ARGUMENT (null, not UTF-8, gripper not initialised), NOT_FOUND (the message lists the names).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_gripper_by_name(name: *const c_char, gripper: *mut jostle_gripper) -> jostle_status {
+    guard("jostle_gripper_by_name", |_| {
+        // SAFETY: the caller promises text and an initialised struct.
+        unsafe { write_sized(gripper, "gripper", &(&Gripper::by_name(text(name, "name")?)?).into()) }
+    })
+}
+
+/// Gives the scene's robot this gripper.
+///
+/// Thread: exclusive use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: `gripper` is copied.
+/// Errors: ARGUMENT (null, a field: the message names it), HANDLE, BUSY, POISONED, ABI.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_scene_set_gripper(
+    scene: *mut jostle_scene,
+    gripper: *const jostle_gripper,
+) -> jostle_status {
+    with_mut("jostle_scene_set_gripper", scene, |content| {
+        // SAFETY: the caller promises an initialised struct.
+        let g = unsafe { read_sized(gripper, "gripper") }?;
+        let mut new = Gripper {
+            name: String::new(),
+            push: PushTip { width: g.push_width, thickness: g.push_thickness, clearance: g.push_clearance },
+            grasp: Grasper {
+                opening: g.opening,
+                finger_width: g.finger_width,
+                finger_thickness: g.finger_thickness,
+                finger_clearance: g.finger_clearance,
+                fit: g.fit,
+                pad_edge: g.pad_edge,
+                min_cover: g.min_cover,
+                max_wedge: g.max_wedge,
+            },
+        };
+        new.validate().map_err(|error| {
+            let mut failure = Failure::from(error);
+            failure.message =
+                failure.message.replace("gripper.push.", "gripper.push_").replace("gripper.grasp.", "gripper.");
+            failure
+        })?;
+        // Files and reports name a gripper of the library by its name.
+        new.name = Gripper::NAMES
+            .into_iter()
+            .find(|name| Gripper::by_name(name).is_ok_and(|known| (known.push, known.grasp) == (new.push, new.grasp)))
+            .unwrap_or("custom")
+            .to_string();
+        content.gripper = new;
+        content.changed();
+        Ok(())
+    })
+}
+
+/// The gripper of the scene's robot.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: the caller; gripper->struct_size says how much is written.
+/// Errors: ARGUMENT (null, gripper not initialised), HANDLE, BUSY, POISONED.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_scene_get_gripper(
+    scene: *const jostle_scene,
+    gripper: *mut jostle_gripper,
+) -> jostle_status {
+    // SAFETY: the caller promises an initialised struct.
+    with("jostle_scene_get_gripper", scene, |content| unsafe {
+        write_sized(gripper, "gripper", &(&content.gripper).into())
+    })
+}
+
+/// When a body counts as having left the workspace: one of the JOSTLE_LEAVE_ values.
+pub type jostle_leave_rule = i32;
+/// Its frame's origin is outside (the default).
+pub const JOSTLE_LEAVE_CENTRE: jostle_leave_rule = 1;
+/// Any part of its footprint is outside.
+pub const JOSTLE_LEAVE_FOOTPRINT: jostle_leave_rule = 2;
+
+/// Which bodies must not leave: one of the JOSTLE_SCOPE_ values.
+pub type jostle_leave_scope = i32;
+/// All bodies (the default).
+pub const JOSTLE_SCOPE_ALL_BODIES: jostle_leave_scope = 1;
+/// The target alone.
+pub const JOSTLE_SCOPE_TARGET_ONLY: jostle_leave_scope = 2;
+
+/// The rectangle that bodies must not leave, in the world frame.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct jostle_workspace {
+    /// Set by jostle_workspace_default().
+    pub struct_size: u32,
+    /// JOSTLE_LEAVE_CENTRE or JOSTLE_LEAVE_FOOTPRINT.
+    pub leave_rule: jostle_leave_rule,
+    /// Least x and y, metres.
+    pub min: jostle_vec2,
+    /// Greatest x and y, metres.
+    pub max: jostle_vec2,
+    /// JOSTLE_SCOPE_ALL_BODIES or JOSTLE_SCOPE_TARGET_ONLY.
+    pub leave_scope: jostle_leave_scope,
+    /// 0.
+    pub reserved: u32,
+}
+
+impl From<&Workspace> for jostle_workspace {
+    fn from(w: &Workspace) -> Self {
+        jostle_workspace {
+            struct_size: size_of::<Self>() as u32,
+            leave_rule: match w.leave_rule {
+                LeaveRule::Centre => JOSTLE_LEAVE_CENTRE,
+                LeaveRule::Footprint => JOSTLE_LEAVE_FOOTPRINT,
+            },
+            min: w.min.into(),
+            max: w.max.into(),
+            leave_scope: match w.leave_scope {
+                LeaveScope::AllBodies => JOSTLE_SCOPE_ALL_BODIES,
+                LeaveScope::TargetOnly => JOSTLE_SCOPE_TARGET_ONLY,
+            },
+            reserved: 0,
+        }
+    }
+}
+
+// SAFETY: repr(C), struct_size first, numbers without padding.
+unsafe impl Sized32 for jostle_workspace {
+    const NAME: &'static str = "jostle_workspace";
+    const FIRST_SIZE: usize = 48;
+    fn defaults() -> Self {
+        (&Workspace::default()).into()
+    }
+}
+
+/// Sets every field to its default; `size` is sizeof(jostle_workspace) as the caller was compiled.
+/// jostle_workspace_default() in this header does it for you.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: the caller.
+/// Errors: ARGUMENT (null, a size that no version has).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_workspace_init(workspace: *mut jostle_workspace, size: usize) -> jostle_status {
+    // SAFETY: the caller promises `size` writable bytes.
+    guard("jostle_workspace_init", |_| unsafe { init_sized(workspace, "workspace", size) })
+}
+
+/// Sets the rectangle that bodies must not leave, and the rule.
+///
+/// Thread: exclusive use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: `workspace` is copied.
+/// Errors: ARGUMENT (null, a field: the message names it), HANDLE, BUSY, POISONED, ABI.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_scene_set_workspace(
+    scene: *mut jostle_scene,
+    workspace: *const jostle_workspace,
+) -> jostle_status {
+    with_mut("jostle_scene_set_workspace", scene, |content| {
+        // SAFETY: the caller promises an initialised struct.
+        let w = unsafe { read_sized(workspace, "workspace") }?;
+        let unknown =
+            |field: &str, value: i32| Failure::argument(field, format!("is {value}; no rule has this number"));
+        let new = Workspace {
+            min: [w.min.x, w.min.y],
+            max: [w.max.x, w.max.y],
+            leave_rule: match w.leave_rule {
+                JOSTLE_LEAVE_CENTRE => LeaveRule::Centre,
+                JOSTLE_LEAVE_FOOTPRINT => LeaveRule::Footprint,
+                other => return Err(unknown("workspace.leave_rule", other)),
+            },
+            leave_scope: match w.leave_scope {
+                JOSTLE_SCOPE_ALL_BODIES => LeaveScope::AllBodies,
+                JOSTLE_SCOPE_TARGET_ONLY => LeaveScope::TargetOnly,
+                other => return Err(unknown("workspace.leave_scope", other)),
+            },
+        };
+        new.validate()?;
+        content.workspace = new;
+        content.changed();
+        Ok(())
+    })
+}
+
+/// The rectangle that bodies must not leave, and the rule.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: the caller; workspace->struct_size says how much is written.
+/// Errors: ARGUMENT (null, workspace not initialised), HANDLE, BUSY, POISONED.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_scene_get_workspace(
+    scene: *const jostle_scene,
+    workspace: *mut jostle_workspace,
+) -> jostle_status {
+    // SAFETY: the caller promises an initialised struct.
+    with("jostle_scene_get_workspace", scene, |content| unsafe {
+        write_sized(workspace, "workspace", &(&content.workspace).into())
+    })
+}
+
+/// Sets the friction coefficients of the table and of the fingertips. A contact uses the product of its two surfaces'
+/// coefficients. Defaults: 1.1 and 0.9.
+///
+/// Thread: exclusive use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (not finite, out of 0..10), HANDLE, BUSY, POISONED.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_scene_set_friction(scene: *mut jostle_scene, ground: f64, tip: f64) -> jostle_status {
+    with_mut("jostle_scene_set_friction", scene, |content| {
+        check_range("ground", ground, 0.0..=10.0)?;
+        check_range("tip", tip, 0.0..=10.0)?;
+        content.friction = Friction { ground, tip };
+        content.changed();
+        Ok(())
+    })
+}
+
+/// The friction coefficients of the table and of the fingertips.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null), HANDLE, BUSY, POISONED.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_scene_get_friction(
+    scene: *const jostle_scene,
+    ground: *mut f64,
+    tip: *mut f64,
+) -> jostle_status {
+    with("jostle_scene_get_friction", scene, |content| {
+        // SAFETY: the caller promises writable places.
+        let (ground, tip) = unsafe { (out(ground, "ground")?, out(tip, "tip")?) };
+        ground.set(content.friction.ground);
+        tip.set(content.friction.tip);
+        Ok(())
+    })
+}
+
+/// Sets how far two bodies may overlap before an observation is refused, metres: 0.006 by default.
+///
+/// Thread: exclusive use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (not finite, out of 0..0.05), HANDLE, BUSY, POISONED.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_scene_set_overlap_tolerance(scene: *mut jostle_scene, metres: f64) -> jostle_status {
+    with_mut("jostle_scene_set_overlap_tolerance", scene, |content| -> Outcome {
+        check_range("metres", metres, 0.0..=0.05)?;
+        content.overlap_tolerance = metres;
+        content.changed();
+        Ok(())
+    })
+}

@@ -1,0 +1,425 @@
+//! Plans: what a planner answered.
+
+use std::ffi::c_char;
+use std::sync::Arc;
+
+use super::abi::{Sized32, fill, fill_text, init_sized, jostle_body_pose, out, write_sized};
+use super::action::{c_action, jostle_action};
+use super::guard::{free, guard};
+use super::handle::{Kind, Object};
+use super::log::Log;
+use super::scene::Bodies;
+use super::status::{Failure, JOSTLE_ERROR_NOT_FOUND, Outcome, jostle_status};
+use crate::error::Error;
+use crate::plan::{self, RankedAction};
+
+/// The answer of a planner. It never changes. Opaque.
+pub struct jostle_plan(());
+
+/// How a decision ended: one of the JOSTLE_OUTCOME_ values. None of them is an error.
+pub type jostle_outcome = i32;
+/// The plan ends with the target grasped, in the planner's model.
+pub const JOSTLE_OUTCOME_SOLVED: jostle_outcome = 1;
+/// The search ended by itself without a grasp; the plan holds the best pushes found.
+pub const JOSTLE_OUTCOME_PARTIAL: jostle_outcome = 2;
+/// Nothing can be done: no grasp, and no legal push. The plan holds no actions.
+pub const JOSTLE_OUTCOME_INFEASIBLE: jostle_outcome = 3;
+/// A limit was reached first; the plan holds the best found so far.
+pub const JOSTLE_OUTCOME_BUDGET: jostle_outcome = 4;
+/// Cancelled. The plan holds no actions, so that an outcome that nobody reads moves no robot.
+pub const JOSTLE_OUTCOME_CANCELLED: jostle_outcome = 5;
+
+/// `no_plan_within` where nothing is known.
+pub const JOSTLE_UNKNOWN: u32 = 0xffff_ffff;
+
+/// What a decision took.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct jostle_plan_statistics {
+    /// Set by jostle_plan_statistics_default().
+    pub struct_size: u32,
+    /// No plan of this many pushes or fewer exists in the planner's actions and model (all were tried);
+    /// JOSTLE_UNKNOWN if that is not known.
+    pub no_plan_within: u32,
+    /// Iterations of the search; as a limit, the same number makes the same plan again.
+    pub iterations: u64,
+    /// Nodes of the search tree.
+    pub nodes: u64,
+    /// Pushes simulated.
+    pub simulations: u64,
+    /// The planner's seed.
+    pub seed: u64,
+    /// Wall-clock time of the decision.
+    pub seconds: f64,
+    /// Time of all threads in physics, grasp test and sampling.
+    pub domain_seconds: f64,
+    /// Time of the deciding thread outside of them.
+    pub search_seconds: f64,
+    /// Score of the plan's last grasp in the model, 0 without one.
+    pub grasp_score: f64,
+}
+
+// SAFETY: repr(C), struct_size first, numbers without padding.
+unsafe impl Sized32 for jostle_plan_statistics {
+    const NAME: &'static str = "jostle_plan_statistics";
+    const FIRST_SIZE: usize = 72;
+    fn defaults() -> Self {
+        jostle_plan_statistics {
+            struct_size: size_of::<Self>() as u32,
+            no_plan_within: JOSTLE_UNKNOWN,
+            iterations: 0,
+            nodes: 0,
+            simulations: 0,
+            seed: 0,
+            seconds: 0.0,
+            domain_seconds: 0.0,
+            search_seconds: 0.0,
+            grasp_score: 0.0,
+        }
+    }
+}
+
+/// A first action that was considered, for explaining a decision. Frozen: never changes.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct jostle_ranked_action {
+    pub action: jostle_action,
+    /// Mean of the returns.
+    pub value: f64,
+    /// Greatest return.
+    pub best_return: f64,
+    pub visits: u64,
+    pub prior: f64,
+    /// Fewest actions to a solution below it, JOSTLE_NO_SOLUTION if none was found.
+    pub solution_actions: u32,
+    /// 0.
+    pub reserved: u32,
+}
+
+pub(super) struct Plan {
+    log: Arc<Log>,
+    plan: plan::Plan,
+    bodies: Bodies,
+}
+
+impl Plan {
+    pub fn new(log: &Arc<Log>, plan: plan::Plan, bodies: Bodies) -> Plan {
+        Plan { log: Arc::clone(log), plan, bodies }
+    }
+
+    fn step(&self, index: usize) -> Outcome<&plan::PlannedAction> {
+        self.plan.actions.get(index).ok_or_else(|| {
+            let count = self.plan.actions.len();
+            Failure::new(JOSTLE_ERROR_NOT_FOUND, format!("index: is {index}; the plan has {count} actions"))
+        })
+    }
+}
+
+impl Object for Plan {
+    const KIND: Kind = Kind::Plan;
+    type Handle = jostle_plan;
+    fn log(&self) -> &Arc<Log> {
+        &self.log
+    }
+}
+
+pub(super) fn c_outcome(outcome: plan::Outcome) -> jostle_outcome {
+    match outcome {
+        plan::Outcome::Solved => JOSTLE_OUTCOME_SOLVED,
+        plan::Outcome::Partial => JOSTLE_OUTCOME_PARTIAL,
+        plan::Outcome::Infeasible => JOSTLE_OUTCOME_INFEASIBLE,
+        plan::Outcome::Budget => JOSTLE_OUTCOME_BUDGET,
+        plan::Outcome::Cancelled => JOSTLE_OUTCOME_CANCELLED,
+    }
+}
+
+fn with(function: &'static str, plan: *const jostle_plan, body: impl FnOnce(&Plan) -> Outcome) -> jostle_status {
+    guard(function, |call| body(&*call.open::<Plan>(plan, "plan")?))
+}
+
+/// Frees a plan.
+///
+/// Thread: any.
+/// RT: no.
+/// Nullable: plan (does nothing).
+/// Owns: the handle is dead afterwards.
+/// Errors: none returned; a dead handle leaves a message in jostle_last_error().
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_plan_free(plan: *mut jostle_plan) {
+    free::<Plan>("jostle_plan_free", plan, "plan", false);
+}
+
+/// How the decision ended. Read it before anything else.
+///
+/// Thread: shared use of plan.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null), HANDLE.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_plan_outcome(plan: *const jostle_plan, outcome: *mut jostle_outcome) -> jostle_status {
+    with("jostle_plan_outcome", plan, |plan| {
+        // SAFETY: the caller promises a writable place.
+        unsafe { out(outcome, "outcome") }?.set(c_outcome(plan.plan.outcome));
+        Ok(())
+    })
+}
+
+/// The name of an outcome, such as "solved"; "unknown outcome" for other numbers.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: never returns null.
+/// Owns: the library, for ever.
+/// Errors: none.
+#[unsafe(no_mangle)]
+pub extern "C" fn jostle_outcome_name(outcome: jostle_outcome) -> *const c_char {
+    match outcome {
+        JOSTLE_OUTCOME_SOLVED => c"solved",
+        JOSTLE_OUTCOME_PARTIAL => c"partial",
+        JOSTLE_OUTCOME_INFEASIBLE => c"infeasible",
+        JOSTLE_OUTCOME_BUDGET => c"budget",
+        JOSTLE_OUTCOME_CANCELLED => c"cancelled",
+        _ => c"unknown outcome",
+    }
+    .as_ptr()
+}
+
+/// Number of actions.
+///
+/// Thread: shared use of plan.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null), HANDLE.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_plan_action_count(plan: *const jostle_plan, count: *mut usize) -> jostle_status {
+    with("jostle_plan_action_count", plan, |plan| {
+        // SAFETY: the caller promises a writable place.
+        unsafe { out(count, "count") }?.set(plan.plan.actions.len());
+        Ok(())
+    })
+}
+
+/// One action, from 0. Execute the first, observe, and plan again.
+///
+/// Thread: shared use of plan.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null), HANDLE, NOT_FOUND (the plan has no such action).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_plan_action(
+    plan: *const jostle_plan,
+    index: usize,
+    action: *mut jostle_action,
+) -> jostle_status {
+    with("jostle_plan_action", plan, |plan| {
+        // SAFETY: the caller promises a writable place.
+        let out = unsafe { out(action, "action") }?;
+        out.set(c_action(&plan.step(index)?.action, &plan.bodies));
+        Ok(())
+    })
+}
+
+/// Copies all actions, in order.
+///
+/// Thread: shared use of plan.
+/// RT: no.
+/// Nullable: buffer (with capacity 0: asks for the count).
+/// Owns: the caller owns the buffer.
+/// Errors: ARGUMENT (null), HANDLE, BUFFER (count was written).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_plan_actions(
+    plan: *const jostle_plan,
+    buffer: *mut jostle_action,
+    capacity: usize,
+    count: *mut usize,
+) -> jostle_status {
+    with("jostle_plan_actions", plan, |plan| {
+        let actions: Vec<_> = plan.plan.actions.iter().map(|step| c_action(&step.action, &plan.bodies)).collect();
+        // SAFETY: the caller promises room for `capacity` actions.
+        unsafe { fill(buffer, capacity, count, &actions) }
+    })
+}
+
+/// The search's value of one action, from 0.
+///
+/// Thread: shared use of plan.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null), HANDLE, NOT_FOUND (the plan has no such action).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_plan_value(plan: *const jostle_plan, index: usize, value: *mut f64) -> jostle_status {
+    with("jostle_plan_value", plan, |plan| {
+        // SAFETY: the caller promises a writable place.
+        let out = unsafe { out(value, "value") }?;
+        out.set(plan.step(index)?.value);
+        Ok(())
+    })
+}
+
+/// Copies the poses that the planner expects of all bodies after one action; after a grasp the grasped body is absent.
+///
+/// Thread: shared use of plan.
+/// RT: no.
+/// Nullable: buffer (with capacity 0: asks for the count).
+/// Owns: the caller owns the buffer.
+/// Errors: ARGUMENT (null), HANDLE, BUFFER (count was written), NOT_FOUND (the plan has no such action).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_plan_predicted(
+    plan: *const jostle_plan,
+    index: usize,
+    buffer: *mut jostle_body_pose,
+    capacity: usize,
+    count: *mut usize,
+) -> jostle_status {
+    with("jostle_plan_predicted", plan, |plan| {
+        // SAFETY: the caller promises a writable place, and room for `capacity` poses.
+        unsafe {
+            out(count, "count")?;
+            fill(buffer, capacity, count, &plan.bodies.poses(&plan.step(index)?.predicted))
+        }
+    })
+}
+
+/// Copies the first actions that were considered, best first.
+///
+/// Thread: shared use of plan.
+/// RT: no.
+/// Nullable: buffer (with capacity 0: asks for the count).
+/// Owns: the caller owns the buffer.
+/// Errors: ARGUMENT (null), HANDLE, BUFFER (count was written).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_plan_considered(
+    plan: *const jostle_plan,
+    buffer: *mut jostle_ranked_action,
+    capacity: usize,
+    count: *mut usize,
+) -> jostle_status {
+    with("jostle_plan_considered", plan, |plan| {
+        let ranked = |r: &RankedAction| jostle_ranked_action {
+            action: c_action(&r.action, &plan.bodies),
+            value: r.value,
+            best_return: r.best_return,
+            visits: r.visits,
+            prior: r.prior,
+            solution_actions: r.solution_level.unwrap_or(super::progress::JOSTLE_NO_SOLUTION),
+            reserved: 0,
+        };
+        let considered: Vec<_> = plan.plan.considered.iter().map(ranked).collect();
+        // SAFETY: the caller promises room for `capacity` actions.
+        unsafe { fill(buffer, capacity, count, &considered) }
+    })
+}
+
+/// Sets every field to its default; `size` is sizeof(jostle_plan_statistics) as the caller was compiled.
+/// jostle_plan_statistics_default() in this header does it for you.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: the caller.
+/// Errors: ARGUMENT (null, a size that no version has).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_plan_statistics_init(
+    statistics: *mut jostle_plan_statistics,
+    size: usize,
+) -> jostle_status {
+    // SAFETY: the caller promises `size` writable bytes.
+    guard("jostle_plan_statistics_init", |_| unsafe { init_sized(statistics, "statistics", size) })
+}
+
+/// What the decision took.
+///
+/// Thread: shared use of plan.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: the caller; statistics->struct_size says how much is written.
+/// Errors: ARGUMENT (null, statistics not initialised), HANDLE.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_plan_get_statistics(
+    plan: *const jostle_plan,
+    statistics: *mut jostle_plan_statistics,
+) -> jostle_status {
+    with("jostle_plan_get_statistics", plan, |plan| {
+        let s = &plan.plan.statistics;
+        let value = jostle_plan_statistics {
+            struct_size: 0,
+            no_plan_within: s.no_plan_within.unwrap_or(JOSTLE_UNKNOWN),
+            iterations: s.iterations,
+            nodes: s.nodes,
+            simulations: s.simulations,
+            seed: plan.plan.seed,
+            seconds: s.seconds,
+            domain_seconds: s.domain_seconds,
+            search_seconds: s.search_seconds,
+            grasp_score: plan.plan.grasp_score,
+        };
+        // SAFETY: the caller promises an initialised struct.
+        unsafe { write_sized(statistics, "statistics", &value) }
+    })
+}
+
+/// A hash of outcome, actions and predicted poses: equal plans have equal hashes. Within a limit of iterations it is
+/// the same at any number of threads.
+///
+/// Thread: shared use of plan.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null), HANDLE.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_plan_hash(plan: *const jostle_plan, hash: *mut u64) -> jostle_status {
+    with("jostle_plan_hash", plan, |plan| {
+        // SAFETY: the caller promises a writable place.
+        unsafe { out(hash, "hash") }?.set(plan.plan.hash_bits());
+        Ok(())
+    })
+}
+
+/// Copies the plan as JSON text; `length` counts the closing zero. Bodies are named by their indices in the scene.
+///
+/// Thread: shared use of plan.
+/// RT: no.
+/// Nullable: buffer (with capacity 0: asks for the length).
+/// Owns: the caller owns the buffer.
+/// Errors: ARGUMENT (null), HANDLE, BUFFER (length was written).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_plan_json(
+    plan: *const jostle_plan,
+    buffer: *mut c_char,
+    capacity: usize,
+    length: *mut usize,
+) -> jostle_status {
+    with("jostle_plan_json", plan, |plan| {
+        let p = &plan.plan;
+        let steps: Vec<_> = p
+            .actions
+            .iter()
+            .map(|step| {
+                let poses: Vec<_> = step.predicted.iter().collect();
+                serde_json::json!({ "action": step.action, "value": step.value, "predicted": poses })
+            })
+            .collect();
+        let considered: Vec<_> = p
+            .considered
+            .iter()
+            .map(|r| {
+                serde_json::json!({
+                    "action": r.action, "value": r.value, "best_return": r.best_return, "visits": r.visits,
+                    "prior": r.prior, "solution_actions": r.solution_level,
+                })
+            })
+            .collect();
+        let value = serde_json::json!({
+            "planner": p.planner, "seed": p.seed, "outcome": p.outcome, "grasp_score": p.grasp_score,
+            "actions": steps, "considered": considered, "statistics": p.statistics,
+        });
+        let text = serde_json::to_string(&value)
+            .map_err(|e| Failure::from(Error::Internal(format!("a plan cannot be written: {e}"))))?;
+        // SAFETY: the caller promises room for `capacity` characters.
+        unsafe { fill_text(buffer, capacity, length, &text) }
+    })
+}

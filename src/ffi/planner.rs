@@ -1,0 +1,549 @@
+//! Planners: scenes in, plans out.
+
+use std::ffi::{c_char, c_void};
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use super::abi::{
+    Sized32, init_sized, jostle_body, optional_text, out, out_handle, read_sized_or_default, write_sized,
+};
+use super::action::{jostle_action, read_action};
+use super::cancel::{Cancel, jostle_cancel};
+use super::context::{Context, MAX_THREADS, jostle_context};
+use super::guard::{self, Call, free, guard};
+use super::handle::{Kind, Object};
+use super::log::{JOSTLE_LOG_INFO, Log};
+use super::plan::{Plan, jostle_plan};
+use super::progress::{Listener, Publisher, jostle_progress, jostle_progress_callback};
+use super::scene::{Bodies, Scene, jostle_scene};
+use super::status::{Failure, Outcome, jostle_status};
+use crate::error::Error;
+use crate::physics::PhysicsOptions;
+use crate::plan::{Control, GraspDecision, Planner as Engine, PlannerOptions, Variant};
+use crate::run::Budget;
+use crate::scene::Problem;
+
+/// Decides what a robot does next: options in, plans out, a search tree kept between decisions. Opaque.
+pub struct jostle_planner(());
+
+/// No limit of iterations or bytes.
+pub const JOSTLE_NO_LIMIT: u64 = 0xffff_ffff_ffff_ffff;
+/// As many threads as the context's options say.
+pub const JOSTLE_THREADS_OF_CONTEXT: u32 = 0xffff_ffff;
+
+/// Which published form of a planner: one of the JOSTLE_VARIANT_ values.
+pub type jostle_variant = i32;
+/// As the text of the dissertation says.
+pub const JOSTLE_VARIANT_DISSERTATION: jostle_variant = 1;
+/// As the published code does.
+pub const JOSTLE_VARIANT_CODE: jostle_variant = 2;
+
+/// What a planner is told once. Texts are copied.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct jostle_planner_options {
+    /// Set by jostle_planner_options_default().
+    pub struct_size: u32,
+    /// Worker threads; 0 runs everything on the caller. Never changes a plan made within a limit of iterations.
+    /// JOSTLE_THREADS_OF_CONTEXT by default.
+    pub threads: u32,
+    /// "pmbs" or "mcts"; null (the default) for "pmbs".
+    pub planner: *const c_char,
+    /// Engine that predicts what a push does; null (the default) for "rapier".
+    pub engine: *const c_char,
+    /// The engine's preset: "fast", "balanced" or "fine"; null (the default) for "fast".
+    pub preset: *const c_char,
+    /// Push sampler: "vft", "more", "pmbs" or "dense"; null (the default) for the planner's own.
+    pub sampler: *const c_char,
+    /// 0 by default.
+    pub seed: u64,
+    /// Iterations of one decision, at least 1; JOSTLE_NO_LIMIT (the default) for no such limit. With neither this nor
+    /// max_seconds the planner's published number of iterations is used.
+    pub max_iterations: u64,
+    /// Wall-clock seconds of one decision, greater than 0; infinity (HUGE_VAL, the default) for no such limit.
+    pub max_seconds: f64,
+    /// Bytes of the search tree, at least 1; JOSTLE_NO_LIMIT (the default) for no such limit.
+    pub max_bytes: u64,
+    /// Travel of a push, metres; 0 (the default) for the sampler's own.
+    pub push_length: f64,
+    /// A grasp is executed if its score is at least this, in [0, 1]; the default is the library's.
+    pub execute_score: f64,
+    /// A simulated state is a solution if its best grasp's score is at least this, in [0, 1]; the default is the library's.
+    pub solved_score: f64,
+    /// Logical lanes of a parallel search; changes plans. 0 (the default) for the planner's own.
+    pub lanes: u32,
+    /// Greatest number of pushes in a plan; 0 (the default) for the planner's own.
+    pub max_depth: u32,
+    /// Where the dissertation and its published code disagree: JOSTLE_VARIANT_DISSERTATION by default.
+    pub variant: jostle_variant,
+    /// 0.
+    pub reserved: u32,
+}
+
+// SAFETY: repr(C), struct_size first, numbers and pointers without padding.
+unsafe impl Sized32 for jostle_planner_options {
+    const NAME: &'static str = "jostle_planner_options";
+    const FIRST_SIZE: usize = 112;
+    fn defaults() -> Self {
+        let grasp = GraspDecision::default();
+        jostle_planner_options {
+            struct_size: size_of::<Self>() as u32,
+            threads: JOSTLE_THREADS_OF_CONTEXT,
+            planner: std::ptr::null(),
+            engine: std::ptr::null(),
+            preset: std::ptr::null(),
+            sampler: std::ptr::null(),
+            seed: 0,
+            max_iterations: JOSTLE_NO_LIMIT,
+            max_seconds: f64::INFINITY,
+            max_bytes: JOSTLE_NO_LIMIT,
+            push_length: 0.0,
+            execute_score: grasp.execute_score,
+            solved_score: grasp.solved_score,
+            lanes: 0,
+            max_depth: 0,
+            variant: JOSTLE_VARIANT_DISSERTATION,
+            reserved: 0,
+        }
+    }
+}
+
+/// What one decision is told.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct jostle_solve_options {
+    /// Set by jostle_solve_options_default().
+    pub struct_size: u32,
+    /// 0.
+    pub reserved: u32,
+    /// Ends the decision when triggered; null (the default) for none. It may be freed while the decision runs.
+    pub cancel: *const jostle_cancel,
+    /// Told how far the decision is; null (the default) for none.
+    pub progress: jostle_progress_callback,
+    /// Passed to `progress`.
+    pub user: *mut c_void,
+    /// Least time between two calls of `progress`, seconds: 0.1 by default.
+    pub progress_seconds: f64,
+}
+
+// SAFETY: repr(C), struct_size first, no padding; a null callback is a value, and a callback that is not one is the
+// caller's breach of contract.
+unsafe impl Sized32 for jostle_solve_options {
+    const NAME: &'static str = "jostle_solve_options";
+    const FIRST_SIZE: usize = 40;
+    fn defaults() -> Self {
+        jostle_solve_options {
+            struct_size: size_of::<Self>() as u32,
+            reserved: 0,
+            cancel: std::ptr::null(),
+            progress: None,
+            user: std::ptr::null_mut(),
+            progress_seconds: 0.1,
+        }
+    }
+}
+
+pub(super) struct Planner {
+    log: Arc<Log>,
+    pub shared: Arc<Shared>,
+}
+
+/// What a planner's jobs hold on to.
+pub(super) struct Shared {
+    pub deciding: Mutex<Deciding>,
+    pub publisher: Publisher,
+}
+
+pub(super) struct Deciding {
+    engine: Engine,
+    /// Of the last problem, to understand actions by.
+    bodies: Bodies,
+    /// A worker panicked: the tree may be half made.
+    broken: bool,
+}
+
+/// One decision, made ready: nothing in it belongs to the caller but the callback.
+pub(super) struct Request {
+    pub problem: Problem,
+    pub bodies: Bodies,
+    pub control: Control,
+    pub listener: Option<Listener>,
+    /// Of a step.
+    pub iterations: Option<u64>,
+}
+
+impl Object for Planner {
+    const KIND: Kind = Kind::Planner;
+    type Handle = jostle_planner;
+    fn log(&self) -> &Arc<Log> {
+        &self.log
+    }
+}
+
+impl Request {
+    /// Reads what `solve`, `step` and `job_start` are given.
+    ///
+    /// # Safety
+    /// `options` is null or a struct of its size.
+    pub unsafe fn read(
+        call: &mut Call,
+        shared: &Shared,
+        scene: *const jostle_scene,
+        target: jostle_body,
+        options: *const jostle_solve_options,
+    ) -> Outcome<Request> {
+        // SAFETY: as promised by the caller.
+        let options = unsafe { read_sized_or_default(options, "options") }?;
+        let seconds = options.progress_seconds;
+        if !(0.0..=3600.0).contains(&seconds) {
+            return Err(Failure::argument(
+                "options.progress_seconds",
+                format!("is {seconds}; it must lie in 0..=3600"),
+            ));
+        }
+        let mut control = Control { cancel: Vec::new(), progress: Some(Arc::clone(&shared.publisher.progress)) };
+        if !options.cancel.is_null() {
+            control.cancel.push(call.open::<Cancel>(options.cancel, "options.cancel")?.token.clone());
+        }
+        let scene = call.open::<Scene>(scene, "scene")?;
+        let (problem, bodies) = guard::read(&scene.content, "scene")?.problem(target)?;
+        let listener = options.progress.map(|callback| Listener {
+            callback: Some(callback),
+            user: options.user,
+            interval: Duration::from_secs_f64(seconds),
+        });
+        Ok(Request { problem, bodies, control, listener, iterations: None })
+    }
+}
+
+impl Deciding {
+    /// The planner, if no panic left it half made.
+    pub fn whole(&mut self) -> Outcome<&mut Self> {
+        if self.broken { Err(Failure::poisoned("planner")) } else { Ok(self) }
+    }
+
+    /// A panic left it half made.
+    pub fn break_off(&mut self) {
+        self.broken = true;
+    }
+
+    /// Makes the decision; the caller has the planner for itself.
+    pub fn decide(&mut self, shared: &Shared, request: &Request, log: &Arc<Log>) -> Outcome<Plan> {
+        self.whole()?;
+        shared.publisher.listen(request.listener);
+        let result = match request.iterations {
+            Some(iterations) => self.engine.step(&request.problem, iterations, &request.control),
+            None => self.engine.solve(&request.problem, &request.control),
+        };
+        shared.publisher.listen(None);
+        self.broken = matches!(result, Err(Error::Internal(_)));
+        let plan = result?;
+        self.bodies = request.bodies.clone();
+        let s = &plan.statistics;
+        log.emit(
+            JOSTLE_LOG_INFO,
+            "jostle_planner_solve",
+            &format!(
+                "{:?} with {} actions after {} iterations, {} simulations, {:.3} s",
+                plan.outcome,
+                plan.actions.len(),
+                s.iterations,
+                s.simulations,
+                s.seconds
+            ),
+        );
+        Ok(Plan::new(log, plan, request.bodies.clone()))
+    }
+}
+
+/// Sets every field to its default; `size` is sizeof(jostle_planner_options) as the caller was compiled.
+/// jostle_planner_options_default() in this header does it for you.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: the caller.
+/// Errors: ARGUMENT (null, a size that no version has).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_planner_options_init(
+    options: *mut jostle_planner_options,
+    size: usize,
+) -> jostle_status {
+    // SAFETY: the caller promises `size` writable bytes.
+    guard("jostle_planner_options_init", |_| unsafe { init_sized(options, "options", size) })
+}
+
+/// Sets every field to its default; `size` is sizeof(jostle_solve_options) as the caller was compiled.
+/// jostle_solve_options_default() in this header does it for you.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: the caller.
+/// Errors: ARGUMENT (null, a size that no version has).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_solve_options_init(options: *mut jostle_solve_options, size: usize) -> jostle_status {
+    // SAFETY: the caller promises `size` writable bytes.
+    guard("jostle_solve_options_init", |_| unsafe { init_sized(options, "options", size) })
+}
+
+unsafe fn engine_options(options: *const jostle_planner_options, context: &Context) -> Outcome<PlannerOptions> {
+    // SAFETY: the caller promises an initialised struct and texts.
+    let (o, planner, engine, preset, sampler) = unsafe {
+        let o = read_sized_or_default(options, "options")?;
+        (
+            o,
+            optional_text(o.planner, "options.planner")?,
+            optional_text(o.engine, "options.engine")?,
+            optional_text(o.preset, "options.preset")?,
+            optional_text(o.sampler, "options.sampler")?,
+        )
+    };
+    let threads = if o.threads == JOSTLE_THREADS_OF_CONTEXT { context.threads } else { o.threads };
+    if threads > MAX_THREADS {
+        return Err(Failure::argument("options.threads", format!("is {threads}; at most {MAX_THREADS}")));
+    }
+    let variant = match o.variant {
+        JOSTLE_VARIANT_DISSERTATION => Variant::Dissertation,
+        JOSTLE_VARIANT_CODE => Variant::Code,
+        other => return Err(Failure::argument("options.variant", format!("is {other}; no variant has this number"))),
+    };
+    let limit = |value: u64| (value != JOSTLE_NO_LIMIT).then_some(value);
+    let usual = PlannerOptions::default();
+    let physics = PhysicsOptions {
+        engine: engine.map_or(usual.physics.engine, String::from),
+        preset: preset.map_or(usual.physics.preset, String::from),
+        ..PhysicsOptions::default()
+    };
+    let options = PlannerOptions {
+        planner: planner.map_or(usual.planner, String::from),
+        physics,
+        sampler: sampler.map(String::from),
+        push_length: (o.push_length != 0.0).then_some(o.push_length),
+        grasp: GraspDecision { execute_score: o.execute_score, solved_score: o.solved_score },
+        budget: Budget {
+            iterations: limit(o.max_iterations),
+            seconds: (o.max_seconds != f64::INFINITY).then_some(o.max_seconds),
+            bytes: limit(o.max_bytes).map(|bytes| usize::try_from(bytes).unwrap_or(usize::MAX)),
+        },
+        seed: o.seed,
+        threads: threads as usize,
+        lanes: (o.lanes != 0).then_some(o.lanes as usize),
+        max_depth: (o.max_depth != 0).then_some(o.max_depth),
+        variant,
+        ..usual
+    };
+    options.validate().map_err(c_field)?;
+    Ok(options)
+}
+
+/// Puts the C names of options in place of the Rust ones.
+fn c_field(error: Error) -> Failure {
+    let rename = |field: String| {
+        let field = match field.as_str() {
+            "iterations" | "budget.iterations" => "max_iterations",
+            "seconds" | "budget.seconds" => "max_seconds",
+            "bytes" | "budget.bytes" => "max_bytes",
+            other => other.trim_start_matches("physics.").trim_start_matches("grasp."),
+        };
+        format!("options.{field}")
+    };
+    match error {
+        Error::Argument { field, reason } => Error::Argument { field: rename(field), reason }.into(),
+        Error::NotFound { field, reason } => Error::NotFound { field: rename(field), reason }.into(),
+        other => other.into(),
+    }
+}
+
+/// Makes a planner.
+///
+/// Thread: any.
+/// RT: no.
+/// Nullable: options (all defaults).
+/// Owns: the caller owns *planner and frees it with jostle_planner_free; `options` is copied.
+/// Errors: ARGUMENT (null, an option: the message names it), HANDLE, NOT_FOUND (an unknown planner, engine, preset or
+/// sampler: the message lists the known), UNSUPPORTED, MEMORY, ABI.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_planner_new(
+    context: *const jostle_context,
+    options: *const jostle_planner_options,
+    planner: *mut *mut jostle_planner,
+) -> jostle_status {
+    guard("jostle_planner_new", |call| {
+        // SAFETY: the caller promises a writable place.
+        let out = unsafe { out_handle(planner, "planner") }?;
+        let context = call.open::<Context>(context, "context")?;
+        // SAFETY: the caller promises an initialised struct and texts.
+        let options = unsafe { engine_options(options, &context) }?;
+        let engine = Engine::new(options).map_err(c_field)?;
+        let deciding = Deciding { engine, bodies: Bodies::default(), broken: false };
+        let shared = Shared { deciding: Mutex::new(deciding), publisher: Publisher::new() };
+        out.give(Planner { log: Arc::clone(&context.log), shared: Arc::new(shared) })
+    })
+}
+
+/// Frees a planner and ends its worker threads. If a job of the planner still runs, they end with the job.
+///
+/// Thread: any.
+/// RT: no.
+/// Nullable: planner (does nothing).
+/// Owns: the handle is dead afterwards.
+/// Errors: none returned; a dead handle leaves a message in jostle_last_error().
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_planner_free(planner: *mut jostle_planner) {
+    free::<Planner>("jostle_planner_free", planner, "planner", false);
+}
+
+unsafe fn decide(
+    function: &'static str,
+    planner: *mut jostle_planner,
+    scene: *const jostle_scene,
+    target: jostle_body,
+    iterations: Option<u64>,
+    options: *const jostle_solve_options,
+    plan: *mut *mut jostle_plan,
+) -> jostle_status {
+    guard(function, |call| {
+        // SAFETY: the caller promises a writable place.
+        let out = unsafe { out_handle(plan, "plan") }?;
+        let planner = call.open::<Planner>(planner, "planner")?;
+        let shared = &planner.shared;
+        let mut deciding = guard::lock(&shared.deciding, "planner")?;
+        deciding.whole()?;
+        if iterations == Some(0) {
+            return Err(Failure::argument("iterations", "is 0; it must be at least 1"));
+        }
+        // SAFETY: the caller promises an initialised struct.
+        let request = Request { iterations, ..unsafe { Request::read(call, shared, scene, target, options) }? };
+        out.give(deciding.decide(shared, &request, &planner.log)?)
+    })
+}
+
+/// Decides what to do to retrieve `target`, within the planner's limits, and waits for it. The search tree that
+/// jostle_planner_advance kept is used if the scene is the one that was expected. The scene may be changed by other
+/// threads meanwhile: the planner has its own copy.
+///
+/// Thread: exclusive use of planner, shared use of scene for a moment.
+/// RT: no (for real-time threads: jostle_planner_job_start from another thread, jostle_job_poll from any).
+/// Nullable: options (all defaults).
+/// Owns: the caller owns *plan and frees it with jostle_plan_free.
+/// Errors: ARGUMENT (null, an option, zero target, target absent or not pickable, bodies that overlap), HANDLE, BUSY,
+/// NOT_FOUND (target), UNSUPPORTED, MEMORY, PANIC, POISONED, ABI. Running into a limit and being cancelled are outcomes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_planner_solve(
+    planner: *mut jostle_planner,
+    scene: *const jostle_scene,
+    target: jostle_body,
+    options: *const jostle_solve_options,
+    plan: *mut *mut jostle_plan,
+) -> jostle_status {
+    // SAFETY: the caller's promises are passed on.
+    unsafe { decide("jostle_planner_solve", planner, scene, target, None, options, plan) }
+}
+
+/// Does at most `iterations` iterations of the decision on the calling thread and gives the best plan so far; called
+/// again with the same scene and target it goes on where it was.
+///
+/// Thread: exclusive use of planner, shared use of scene for a moment.
+/// RT: no.
+/// Nullable: options (all defaults).
+/// Owns: the caller owns *plan and frees it with jostle_plan_free.
+/// Errors: ARGUMENT (null, an option, zero iterations, zero target, target absent or not pickable, bodies that overlap),
+/// HANDLE, BUSY, NOT_FOUND (target), UNSUPPORTED, MEMORY, PANIC, POISONED, ABI.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_planner_step(
+    planner: *mut jostle_planner,
+    scene: *const jostle_scene,
+    target: jostle_body,
+    iterations: u64,
+    options: *const jostle_solve_options,
+    plan: *mut *mut jostle_plan,
+) -> jostle_status {
+    // SAFETY: the caller's promises are passed on.
+    unsafe { decide("jostle_planner_step", planner, scene, target, Some(iterations), options, plan) }
+}
+
+/// Tells the planner that the first action of its last plan was executed: the part of the search tree below it is
+/// kept. *kept is 1 if there was one, else 0.
+///
+/// Thread: exclusive use of planner.
+/// RT: no.
+/// Nullable: kept.
+/// Owns: `action` is copied.
+/// Errors: ARGUMENT (null, not finite, unknown kind), HANDLE, BUSY, NOT_FOUND (action.body), PANIC, POISONED.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_planner_advance(
+    planner: *mut jostle_planner,
+    action: *const jostle_action,
+    kept: *mut u32,
+) -> jostle_status {
+    guard("jostle_planner_advance", |call| {
+        let planner = call.open::<Planner>(planner, "planner")?;
+        let mut deciding = guard::lock(&planner.shared.deciding, "planner")?;
+        let deciding = deciding.whole()?;
+        // SAFETY: the caller promises a readable action, and a writable place if it is not null.
+        let (action, kept) = unsafe {
+            let kept = if kept.is_null() { None } else { Some(out(kept, "kept")?) };
+            (read_action(action, &deciding.bodies)?, kept)
+        };
+        let was_kept = deciding.engine.advance(&action)?;
+        if let Some(kept) = kept {
+            kept.set(u32::from(was_kept));
+        }
+        Ok(())
+    })
+}
+
+/// Forgets the search tree.
+///
+/// Thread: exclusive use of planner.
+/// RT: no.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null), HANDLE, BUSY, POISONED.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_planner_reset(planner: *mut jostle_planner) -> jostle_status {
+    guard("jostle_planner_reset", |call| {
+        let planner = call.open::<Planner>(planner, "planner")?;
+        guard::lock(&planner.shared.deciding, "planner")?.whole()?.engine.reset();
+        Ok(())
+    })
+}
+
+/// Bytes that the search tree holds.
+///
+/// Thread: exclusive use of planner.
+/// RT: no.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null), HANDLE, BUSY, POISONED.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_planner_memory(planner: *mut jostle_planner, bytes: *mut u64) -> jostle_status {
+    guard("jostle_planner_memory", |call| {
+        // SAFETY: the caller promises a writable place.
+        let out = unsafe { out(bytes, "bytes") }?;
+        let planner = call.open::<Planner>(planner, "planner")?;
+        out.set(guard::lock(&planner.shared.deciding, "planner")?.whole()?.engine.memory_bytes() as u64);
+        Ok(())
+    })
+}
+
+/// How far the planner's decision is, whichever thread makes it; the last numbers if none is being made.
+///
+/// Thread: any, at any time.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: the caller; progress->struct_size says how much is written.
+/// Errors: ARGUMENT (null, progress not initialised), HANDLE.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_planner_progress(
+    planner: *const jostle_planner,
+    progress: *mut jostle_progress,
+) -> jostle_status {
+    guard("jostle_planner_progress", |call| {
+        let planner = call.open::<Planner>(planner, "planner")?;
+        let now = planner.shared.publisher.progress.snapshot().into();
+        // SAFETY: the caller promises an initialised struct.
+        unsafe { write_sized(progress, "progress", &now) }
+    })
+}

@@ -1,0 +1,40 @@
+//! The programs of examples_c, built as users build them, run, and their output checked.
+
+mod common;
+
+use common::{Link, build, run};
+
+/// The output without the line on the build and without lines that begin with `#`, which are measurements.
+fn told(source: &str, name: &str, link: Link) -> String {
+    let text = run(&build(&[source], name, link, &[]));
+    let mut lines = text.lines();
+    let first = lines.next().unwrap_or_default();
+    assert!(first.starts_with(concat!("jostle ", env!("CARGO_PKG_VERSION"), " abi ")), "{first}");
+    lines.filter(|line| !line.starts_with('#')).map(|line| format!("{line}\n")).collect()
+}
+
+#[test]
+fn retrieve_gets_the_target_the_same_way_every_time() {
+    let shared = told("examples_c/retrieve.c", "retrieve", Link::Shared);
+    assert!(shared.ends_with("grasped\nretrieved\n"), "{shared}");
+    assert!(shared.contains(" 1  push  "), "the scene is meant to need a push:\n{shared}");
+    assert_eq!(shared, told("examples_c/retrieve.c", "retrieve", Link::Static));
+    assert_eq!(shared, told("examples_c/retrieve.c", "retrieve", Link::Static));
+}
+
+#[test]
+fn async_cancel_stops_in_time() {
+    for link in [Link::Shared, Link::Static] {
+        let text = told("examples_c/async_cancel.c", "async_cancel", link);
+        let wanted = "outcome: cancelled, 0 actions\nprogress went forward: yes\ncancel to return: below 100 ms\n";
+        assert_eq!(text, wanted);
+    }
+}
+
+#[test]
+fn the_controller_gets_its_target() {
+    for link in [Link::Shared, Link::Static] {
+        let text = told("examples_c/controller.cpp", "controller", link);
+        assert!(text.ends_with("held\ndone\n"), "{text}");
+    }
+}
