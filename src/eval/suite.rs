@@ -26,7 +26,7 @@ pub fn max_actions(profile: ArcProfile) -> usize {
 /// (measured in its simulator); PMBS pushes 0.05 m.
 pub fn push_travel(profile: ArcProfile) -> f64 {
     match profile {
-        ArcProfile::More => 0.091,
+        ArcProfile::More => 0.100,
         ArcProfile::Pmbs => profile.push_length(),
     }
 }

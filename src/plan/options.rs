@@ -21,7 +21,7 @@ pub struct GraspDecision {
 
 impl Default for GraspDecision {
     fn default() -> Self {
-        Self { execute_score: 0.4, solved_score: 0.45 }
+        Self { execute_score: 0.3, solved_score: 0.5 }
     }
 }
 
