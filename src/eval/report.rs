@@ -8,7 +8,7 @@ use super::metrics::{CaseReport, Total};
 use super::suite::{Refused, Suite};
 use crate::error::Result;
 use crate::physics::PhysicsOptions;
-use crate::plan::Control;
+use crate::plan::{Control, Variant};
 
 /// A serializable copy of what was asked.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -16,6 +16,7 @@ pub struct Configuration {
     pub version: String,
     pub suite: String,
     pub planner: String,
+    pub variant: Variant,
     /// The engine of the planner's model.
     pub physics: PhysicsOptions,
     pub gripper: String,
@@ -49,6 +50,7 @@ impl Configuration {
             version: env!("CARGO_PKG_VERSION").into(),
             suite: suite.into(),
             planner: p.planner.clone(),
+            variant: p.variant,
             physics: p.physics.clone(),
             gripper: gripper.into(),
             sampler: p.sampler.clone(),

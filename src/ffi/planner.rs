@@ -31,12 +31,14 @@ pub const JOSTLE_NO_LIMIT: u64 = 0xffff_ffff_ffff_ffff;
 /// As many threads as the context's options say.
 pub const JOSTLE_THREADS_OF_CONTEXT: u32 = 0xffff_ffff;
 
-/// Which published form of a planner: one of the JOSTLE_VARIANT_ values.
+/// Which form of a planner: one of the JOSTLE_VARIANT_ values.
 pub type jostle_variant = i32;
 /// As the text of the dissertation says.
 pub const JOSTLE_VARIANT_DISSERTATION: jostle_variant = 1;
 /// As the published code does.
 pub const JOSTLE_VARIANT_CODE: jostle_variant = 2;
+/// The published parameters with what measures better here.
+pub const JOSTLE_VARIANT_TUNED: jostle_variant = 3;
 
 /// What a planner is told once. Texts are copied.
 #[repr(C)]
@@ -74,7 +76,7 @@ pub struct jostle_planner_options {
     pub lanes: u32,
     /// Greatest number of pushes in a plan; 0 (the default) for the planner's own.
     pub max_depth: u32,
-    /// Where the dissertation and its published code disagree: JOSTLE_VARIANT_DISSERTATION by default.
+    /// Which form of the planner: JOSTLE_VARIANT_TUNED by default.
     pub variant: jostle_variant,
     /// 0.
     pub reserved: u32,
@@ -102,7 +104,7 @@ unsafe impl Sized32 for jostle_planner_options {
             solved_score: grasp.solved_score,
             lanes: 0,
             max_depth: 0,
-            variant: JOSTLE_VARIANT_DISSERTATION,
+            variant: JOSTLE_VARIANT_TUNED,
             reserved: 0,
         }
     }
@@ -306,6 +308,7 @@ unsafe fn engine_options(options: *const jostle_planner_options, context: &Conte
     let variant = match o.variant {
         JOSTLE_VARIANT_DISSERTATION => Variant::Dissertation,
         JOSTLE_VARIANT_CODE => Variant::Code,
+        JOSTLE_VARIANT_TUNED => Variant::Tuned,
         other => return Err(Failure::argument("options.variant", format!("is {other}; no variant has this number"))),
     };
     let limit = |value: u64| (value != JOSTLE_NO_LIMIT).then_some(value);

@@ -47,19 +47,21 @@ pub struct PlannerOptions {
     pub lanes: Option<usize>,
     /// Greatest number of pushes in a plan; the planner's own if absent.
     pub max_depth: Option<u32>,
-    /// Which published form of the planner.
+    /// Which form of the planner.
     pub variant: Variant,
     /// Every parameter of the search; takes the place of the planner's own, of `lanes` and of `max_depth`.
     /// Start from [`PlannerOptions::search_params`].
     pub search: Option<Params>,
 }
 
-/// Where the text of the dissertation and its published code disagree.
+/// Which form of a planner: text and published code of the dissertation disagree, and both can be bettered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Variant {
-    /// As the text says.
+    /// The published parameters with what measures better here; the planner's page says what. The default.
     #[default]
+    Tuned,
+    /// As the text says.
     Dissertation,
     /// As the published code does.
     Code,
@@ -79,7 +81,7 @@ impl Default for PlannerOptions {
             threads: 0,
             lanes: None,
             max_depth: None,
-            variant: Variant::Dissertation,
+            variant: Variant::Tuned,
             search: None,
         }
     }

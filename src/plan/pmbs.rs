@@ -3,8 +3,13 @@
 //! Waves of lanes with virtual loss and leaf parallelism; mean returns, c = 0.3, discount 0.8, depth 7 with at least 3
 //! more rollout steps, reward `[solved] + 0.1 q`, early stop by level. With one lane it is the chapter's serial search.
 //! The published 1000 environments suit a graphics card; here a lane is a push on a processor core, so a wave is 64.
-//! The published code explores with 0.3 times the root of 2, expands the root in one batch first, and ends rollouts when
-//! a tenth of the lanes is left.
+//!
+//! * `Dissertation`: as above, with the eight directions that its code samples.
+//! * `Code`: exploration 0.3 times the root of 2, the root expanded in one batch first, rollouts ended when a tenth of
+//!   the lanes is left, 30 s.
+//! * `Tuned`, the default: as the text, but solutions that rollouts meet become nodes of the tree (so that a plan is
+//!   known early and bounds the depth), the final choice is among the actions that lead to a shortest known plan, and
+//!   up to four more directions from an object's corners are sampled.
 
 use super::options::{PlannerOptions, Variant};
 use super::recipe::Recipe;
@@ -20,29 +25,30 @@ const SECONDS_CODE: f64 = 30.0;
 
 pub fn recipe(options: &PlannerOptions) -> Recipe {
     let lanes = options.lanes.unwrap_or(LANES) as u32;
-    // "An identified terminal node" may be one that a simulation met: then a plan is known early and bounds the depth.
-    let text = Params { adopt_solutions: true, ..Params::pmbs(lanes) };
-    let (search, seconds) = match options.variant {
-        Variant::Dissertation => (text, SECONDS),
-        Variant::Code => {
-            let exploration = 0.3 * std::f64::consts::SQRT_2;
-            let selection = Selection::Ucb { mean: Mean::All, exploration };
-            let parallel = Params {
-                selection,
-                first_expand: true,
-                early_stop: EarlyStop::LevelComplete { first: 2, last: None },
-                rollout_cutoff: 0.1,
-                adopt_solutions: false,
-                ..text
-            };
-            let serial = Params { selection, adopt_solutions: false, ..text };
-            (if lanes > 1 { parallel } else { serial }, SECONDS_CODE)
-        }
+    let text = Params::pmbs(lanes);
+    let (search, sampler, seconds) = match options.variant {
+        Variant::Tuned => (Params { adopt_solutions: true, prefer_solution: true, ..text }, "pmbs_contour", SECONDS),
+        Variant::Dissertation => (text, "pmbs", SECONDS),
+        Variant::Code => (code(text), "pmbs", SECONDS_CODE),
     };
     Recipe {
         search,
-        sampler: "pmbs",
+        sampler,
         reward: Reward { shaping: 0.1, solved_score: options.grasp.solved_score },
         budget: Budget::seconds(seconds),
+    }
+}
+
+fn code(text: Params) -> Params {
+    let exploration = 0.3 * std::f64::consts::SQRT_2;
+    let serial = Params { selection: Selection::Ucb { mean: Mean::All, exploration }, ..text };
+    if serial.lanes == 1 {
+        return serial;
+    }
+    Params {
+        first_expand: true,
+        early_stop: EarlyStop::LevelComplete { first: 2, last: None },
+        rollout_cutoff: 0.1,
+        ..serial
     }
 }

@@ -108,6 +108,7 @@ impl ContourSampler {
             "vft" => ("vft", SamplerParams::vft()),
             "more" => ("more", SamplerParams::more()),
             "pmbs" => ("pmbs", SamplerParams::pmbs()),
+            "pmbs_contour" => ("pmbs_contour", SamplerParams::pmbs_contour()),
             "dense" => ("dense", SamplerParams::dense()),
             _ => return Err(unknown(name)),
         };

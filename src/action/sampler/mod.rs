@@ -1,6 +1,6 @@
 //! Which pushes are worth trying in a state.
 //!
-//! One mechanism, [`ContourSampler`], with the parameters of four named presets:
+//! One mechanism, [`ContourSampler`], with the parameters of named presets:
 //!
 //! | | `vft` | `more` | `pmbs` | `dense` |
 //! |---|---|---|---|---|
@@ -10,6 +10,9 @@
 //! | start inside, mm | 10 | 30 | 28, end too, in the workspace grown by 80 | 0 |
 //! | backs off, mm | - | 10, 20 | 10 | 10, 20 |
 //! | order | continuation, axes, others | shuffled | shuffled | shuffled |
+//!
+//! `pmbs_contour` is `pmbs` with up to four directions from corners, as the text of PMBS reads ("evenly sampled around the
+//! contour"; its code has the fixed eight).
 //!
 //! The first three are the samplers of Visual Foresight Trees, MORE and PMBS with exact polygons in place of 2 mm
 //! pixels; [`SamplerParams`] says field by field where that makes a difference. `dense` is ours.
@@ -83,7 +86,7 @@ struct Placed {
 }
 
 /// The names that [`by_name`] knows.
-pub const NAMES: [&str; 4] = ["vft", "more", "pmbs", "dense"];
+pub const NAMES: [&str; 5] = ["vft", "more", "pmbs", "pmbs_contour", "dense"];
 
 /// A preset. Prepare it for the scene before use.
 pub fn by_name(name: &str) -> Result<Box<dyn PushSampler>> {

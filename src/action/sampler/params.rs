@@ -183,6 +183,11 @@ impl SamplerParams {
         }
     }
 
+    /// [`SamplerParams::pmbs`] with up to four more directions, from the corners of a body.
+    pub fn pmbs_contour() -> Self {
+        Self { corners: Some(Corners { most: 4, separation: 0.2 }), ..Self::pmbs() }
+    }
+
     /// Checks every field; errors name it.
     pub fn validate(&self) -> Result<()> {
         check_range("sampler.strip", self.strip, 0.0..=1.0)?;

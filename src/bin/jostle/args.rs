@@ -6,7 +6,7 @@ use clap::error::ErrorKind;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use jostle::eval::{Against, JudgeOptions};
 use jostle::physics::PhysicsOptions;
-use jostle::plan::PlannerOptions;
+use jostle::plan::{PlannerOptions, Variant};
 use jostle::run::Budget;
 use jostle::scene::Gripper;
 use jostle::scene::arc::ArcProfile;
@@ -72,6 +72,9 @@ pub struct PlannerArgs {
     /// Logical lanes of the parallel search; they do change plans [default: the planner's own]
     #[arg(long, value_name = "N")]
     pub lanes: Option<usize>,
+    /// Form of the planner: tuned, or as the dissertation's text or its published code has it
+    #[arg(long, value_name = "VARIANT", default_value = "tuned", value_parser = ["tuned", "dissertation", "code"])]
+    pub variant: String,
     /// Push sampler [default: the planner's own]
     #[arg(long, value_name = "NAME")]
     pub sampler: Option<String>,
@@ -113,6 +116,11 @@ impl PlannerArgs {
             budget: Budget { iterations: self.iterations, seconds: self.seconds, bytes: None },
             seed: self.seed,
             threads: self.threads.unwrap_or_else(cores),
+            variant: match self.variant.as_str() {
+                "dissertation" => Variant::Dissertation,
+                "code" => Variant::Code,
+                _ => Variant::Tuned,
+            },
             lanes: self.lanes,
             max_depth: self.max_depth,
             ..PlannerOptions::default()
