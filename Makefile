@@ -27,7 +27,10 @@ BENCH_SECONDS  ?= 1
 HEADERS := $(wildcard include/jostle/*.h include/jostle/*.hpp)
 WARN    := -Wall -Wextra -Werror -pedantic
 
-.PHONY: help setup setup-test build demo test test-rust test-headers test-consumer lint format bench \
+# What `make test` runs, in this order.
+CHECKS := format lint build-tests test-rust test-headers test-consumer
+
+.PHONY: help setup setup-test build demo test build-tests test-rust test-headers test-consumer lint format bench \
         install uninstall clean
 
 help: ## list the targets
@@ -52,8 +55,15 @@ demo: build ## plan in C: push a target free and grasp it; then a picture of a p
 	$(JOSTLE) plan $(OUT)/demo-scenes/*.json --iterations 300 --svg $(OUT)/demo.svg
 	@echo "The picture of the plan lies in $(OUT)/demo.svg"
 
-test: setup-test format lint test-rust test-headers test-consumer ## every check
-	@echo "make test: all checks passed"
+test: setup-test ## every check
+	@set -e; times=; for check in $(CHECKS); do \
+	    start=$$(date +%s); \
+	    $(MAKE) --no-print-directory $$check; \
+	    times="$$times$$(printf '  %-14s %4d s' $$check $$(($$(date +%s) - start)))\n"; \
+	done; printf "make test: all checks passed\n$$times"
+
+build-tests:
+	$(CARGO) test $(PROFILE) --no-run
 
 test-rust: ## unit, integration and documentation tests
 	$(CARGO) test $(PROFILE)

@@ -61,6 +61,9 @@ impl Tables {
 }
 
 impl BodyTable {
+    // Inlined into the loop over bodies, the cosines below would be taken before it even of angles that no parameter
+    // sets: without effect, but reported by valgrind as a use of uninitialised memory.
+    #[inline(never)]
     fn new(footprint: &Footprint, params: &SamplerParams) -> BodyTable {
         let mut directions: Vec<(Vec2, Source)> = Vec::new();
         let (a, b) = footprint.principal_axes();
