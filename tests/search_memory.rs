@@ -41,9 +41,9 @@ unsafe impl GlobalAlloc for Counting {
 static ALLOCATOR: Counting = Counting;
 
 /// Searches several times with one tree and returns the allocations of the last time.
-fn allocations(params: &Params, advance: bool) -> u64 {
+fn allocations(params: &Params, solutions: f64, advance: bool) -> u64 {
     // The toy's own lists live in the outcomes of the jobs, so a second search finds them as they were.
-    let toy = Toy { branching: 12, solutions: 0.0, ..Toy::default() };
+    let toy = Toy { branching: 12, solutions, ..Toy::default() };
     let pool = Pool::inline();
     let mut tree = Tree::new();
     let mut counted = 0;
@@ -67,9 +67,24 @@ fn a_second_search_allocates_nothing() {
     for lanes in [1, 16] {
         let pmbs = Params { early_stop: EarlyStop::Never, ..Params::pmbs(lanes) };
         for params in [Params { lanes, ..Params::vft() }, pmbs, Params { reuse_rollouts: false, ..pmbs }] {
-            assert_eq!(allocations(&params, false), 0, "{params:?}");
-            assert_eq!(allocations(&params, true), 0, "{params:?}");
+            assert_eq!(allocations(&params, 0.0, false), 0, "{params:?}");
+            assert_eq!(allocations(&params, 0.0, true), 0, "{params:?}");
         }
+    }
+}
+
+#[test]
+fn adopting_solutions_allocates_nothing_either() {
+    for lanes in [1, 16] {
+        // The depth limit stays, so that solutions are met to the end.
+        let params = Params {
+            adopt_solutions: true,
+            shrink_depth_on_solution: false,
+            early_stop: EarlyStop::Never,
+            ..Params::pmbs(lanes)
+        };
+        assert_eq!(allocations(&params, 0.05, false), 0, "{params:?}");
+        assert_eq!(allocations(&params, 0.05, true), 0, "{params:?}");
     }
 }
 

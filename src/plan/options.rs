@@ -13,7 +13,8 @@ use crate::search::Params;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct GraspDecision {
-    /// An observed state whose best grasp scores at least this is grasped (the originals' 0.75-0.8 of a network).
+    /// An observed state whose best grasp scores at least this is grasped (the originals' 0.75-0.8 of a network); one
+    /// that counts as a solution is grasped as well.
     pub execute_score: f64,
     /// A simulated state whose best grasp scores at least this is a solution.
     pub solved_score: f64,
@@ -21,7 +22,7 @@ pub struct GraspDecision {
 
 impl Default for GraspDecision {
     fn default() -> Self {
-        Self { execute_score: 0.4, solved_score: 0.45 }
+        Self { execute_score: 0.3, solved_score: 0.5 }
     }
 }
 

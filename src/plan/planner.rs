@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::geom::normalize_angle;
 use crate::grasp::{GeometricScorer, GraspParams};
 use crate::physics;
-use crate::run::{Budget, CancelToken, Pool, Progress, Stop};
+use crate::run::{Budget, CancelToken, Pool, Progress, Stop, StopReason};
 use crate::scene::{Problem, Scene, State};
 use crate::search::{EndReason, Run, SearchReport, Tree};
 
@@ -127,9 +127,15 @@ impl Planner {
             return Ok(Plan::empty(Outcome::Infeasible, &self.options.planner, self.options.seed));
         };
         let mut plan = Plan::empty(Outcome::Infeasible, &self.options.planner, self.options.seed);
+        if cancelled(&stop) {
+            plan.outcome = Outcome::Cancelled;
+            return Ok(plan);
+        }
 
+        // A state that would count as a solution is one: from there nothing is searched.
+        let enough = self.options.grasp.execute_score.min(self.options.grasp.solved_score);
         let now = domain.assess(&mut domain.new_scratch(), &problem.state);
-        if let Some(grasp) = now.grasp.filter(|g| g.score >= self.options.grasp.execute_score) {
+        if let Some(grasp) = now.grasp.filter(|g| g.score >= enough) {
             plan.outcome = Outcome::Solved;
             plan.grasp_score = grasp.score;
             plan.actions.push(grasped(&problem.state, grasp, grasp.score));
@@ -162,7 +168,8 @@ impl Planner {
             search_seconds: report.time.saturating_sub(report.step_time).as_secs_f64(),
             no_plan_within: report.proved_level.checked_sub(1),
         };
-        if matches!(report.reason, EndReason::Cancelled | EndReason::Interrupted) {
+        // The request may have come while the search found its end.
+        if matches!(report.reason, EndReason::Cancelled | EndReason::Interrupted) || cancelled(stop) {
             plan.outcome = Outcome::Cancelled;
             return;
         }
@@ -211,6 +218,11 @@ impl Planner {
         ranked.truncate(CONSIDERED);
         ranked
     }
+}
+
+/// The end was asked for from outside. A deadline is no such request.
+fn cancelled(stop: &Stop) -> bool {
+    stop.requested() && stop.reason() != Some(StopReason::Deadline)
 }
 
 fn grasped(state: &State, grasp: Grasp, value: f64) -> PlannedAction {

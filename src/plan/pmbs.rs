@@ -8,7 +8,8 @@
 //! * `Code`: exploration 0.3 times the root of 2, the root expanded in one batch first, rollouts ended when a tenth of
 //!   the lanes is left, 30 s.
 //! * `Tuned`, the default: as the text, but solutions that rollouts meet become nodes of the tree (so that a plan is
-//!   known early and bounds the depth), the final choice is among the actions that lead to a shortest known plan, and
+//!   known early and bounds the depth), it goes on for 256 iterations after that (so that the means tell the
+//!   plans that survive a disturbance from those that do not), the final choice is among the actions that lead to a shortest known plan, and
 //!   up to four more directions from an object's corners are sampled.
 
 use super::options::{PlannerOptions, Variant};
@@ -22,12 +23,18 @@ const LANES: usize = 64;
 /// Published seconds of a decision (T_max), and those of the published scripts.
 const SECONDS: f64 = 60.0;
 const SECONDS_CODE: f64 = 30.0;
+/// Iterations of the tuned form before it stops early.
+const MIN_ITERATIONS: u64 = 256;
 
 pub fn recipe(options: &PlannerOptions) -> Recipe {
     let lanes = options.lanes.unwrap_or(LANES) as u32;
     let text = Params::pmbs(lanes);
     let (search, sampler, seconds) = match options.variant {
-        Variant::Tuned => (Params { adopt_solutions: true, prefer_solution: true, ..text }, "pmbs_contour", SECONDS),
+        Variant::Tuned => (
+            Params { adopt_solutions: true, prefer_solution: true, min_iterations: MIN_ITERATIONS, ..text },
+            "pmbs_contour",
+            SECONDS,
+        ),
         Variant::Dissertation => (text, "pmbs", SECONDS),
         Variant::Code => (code(text), "pmbs", SECONDS_CODE),
     };

@@ -119,10 +119,11 @@ impl<D: Domain> Search<'_, D> {
     /// Gives the walker's return to its pair, which keeps the greatest.
     fn finish(&mut self, walker: Walker) {
         let value = walker.trace.value(self.params.returns);
-        let terminal = self.arena.node(walker.node).terminal;
+        let node = self.arena.node(walker.node);
+        let useful = node.terminal && node.level <= self.frontier.max_depth;
         let pair = &mut self.work.pairs[walker.pair as usize];
-        if terminal && value > pair.value {
-            pair.solution = walker.node;
+        if useful && value > pair.solution_value {
+            (pair.solution, pair.solution_value) = (walker.node, value);
         }
         pair.value = pair.value.max(value);
         pair.plain = pair.plain.max(walker.trace.plain);

@@ -25,8 +25,10 @@ pub(super) struct Pair {
     /// Return of the new node, and the greatest plain value it was made from.
     pub value: f64,
     pub plain: f64,
-    /// The solution that gave the greatest return, if rollouts met one; `NONE` without.
+    /// The solution within the depth limit that gave the greatest return of those that rollouts met, and that return;
+    /// `NONE` without.
     pub solution: u32,
+    pub solution_value: f64,
 }
 
 impl Pair {
@@ -40,6 +42,7 @@ impl Pair {
             value: f64::NEG_INFINITY,
             plain: f64::NEG_INFINITY,
             solution: NONE,
+            solution_value: f64::NEG_INFINITY,
         }
     }
 }

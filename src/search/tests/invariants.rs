@@ -39,7 +39,9 @@ pub(super) fn check<D: Domain>(tree: &Tree<D>, name: &str) {
         if node.real {
             // A visit ends here (as a new node, or as a revisit) or goes on to one child.
             assert!(stats.visits >= visits, "{name}");
-            assert!(id == 0 || stats.visits > visits);
+            // No visit ends at a node on the way to an adopted solution.
+            assert!(id == 0 || stats.visits > visits || tree.params.adopt_solutions);
+            assert!(id == 0 || stats.visits > 0);
             assert_eq!(arena.top(id).len(), (stats.visits as usize).min(tree.params.remembered()));
             assert!(arena.top(id).is_sorted_by(|a, b| a >= b));
             if stats.visits > 0 {

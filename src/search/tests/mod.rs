@@ -1,5 +1,6 @@
 //! Tests of the search on the toy tree. Every test goes through [`search`] and [`dump`].
 
+mod adopt;
 mod determinism;
 mod endings;
 mod formulae;
@@ -103,5 +104,20 @@ fn all_params() -> Vec<(&'static str, Params)> {
             },
         ),
         ("waves_revisit", Params { lanes: 16, leaf_parallel: true, prefer_solution: true, ..vft }),
+        ("adopt_serial", Params { adopt_solutions: true, ..Params::pmbs(1) }),
+        ("adopt_8", Params { adopt_solutions: true, early_stop: never, ..pmbs }),
+        (
+            // The limit stays, so solutions of every length are adopted; returns are not the solutions'.
+            "adopt_waves",
+            Params {
+                adopt_solutions: true,
+                rollout_failure: RolloutFailure::Retry,
+                backup: Backup::AsIs,
+                returns: Return::Last { earlier: 0.5 },
+                leaf_parallel: true,
+                lanes: 5,
+                ..vft
+            },
+        ),
     ]
 }
