@@ -335,7 +335,7 @@ fn names_and_bad_parameters_are_reported() {
         assert_eq!(by_name(name).unwrap().name(), name);
     }
     let error = by_name("best").err().unwrap().to_string();
-    assert_eq!(error, "sampler: no sampler is named `best`; known: vft, more, pmbs, dense");
+    assert_eq!(error, "sampler: no sampler is named `best`; known: vft, more, pmbs, pmbs_contour, dense");
     let bad = |params: SamplerParams| params.validate().unwrap_err().to_string();
     assert!(bad(SamplerParams { length: -1.0, ..SamplerParams::default() }).starts_with("sampler.length: is -1"));
     assert!(
