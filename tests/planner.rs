@@ -324,10 +324,8 @@ fn advancing_by_an_unknown_action_forgets_everything() {
     for options in all() {
         let problem = walled();
         let plan = solve(&options, &problem);
-        let unknown = [
-            Action::Push(Push::new(vec2(0.4, 0.01), vec2(0.45, 0.01))),
-            solve(&options, &open()).actions[0].action.clone(),
-        ];
+        let unknown =
+            [Action::Push(Push::new(vec2(0.4, 0.01), vec2(0.45, 0.01))), solve(&options, &open()).actions[0].action];
         for action in unknown {
             let mut planner = Planner::new(options.clone()).unwrap();
             assert!(!planner.advance(&action).unwrap(), "nothing is known yet");
@@ -529,9 +527,10 @@ fn variants_depth_and_search_parameters_are_honoured() {
                 assert!(pushes(&plan).len() <= depth as usize, "{}", options.planner);
             }
             // The whole set takes the place of the single options.
-            let search = Some(Params { max_depth: 1, ..text });
-            let limited = PlannerOptions { search, max_depth: Some(4), lanes: Some(3), ..options.clone() };
-            assert_eq!(limited.search_params().unwrap(), search.unwrap());
+            let search = Params { max_depth: 1, ..text };
+            let limited =
+                PlannerOptions { search: Some(search), max_depth: Some(4), lanes: Some(3), ..options.clone() };
+            assert_eq!(limited.search_params().unwrap(), search);
             let plan = solve(&limited, &problem);
             check(&limited, &problem, &plan);
             assert!(pushes(&plan).len() <= 1, "{}", options.planner);
