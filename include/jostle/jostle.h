@@ -290,7 +290,7 @@ typedef struct jostle_progress {
   double elapsed_seconds;
 } jostle_progress;
 
-/// Which published form of a planner: one of the JOSTLE_VARIANT_ values.
+/// Which form of a planner: one of the JOSTLE_VARIANT_ values.
 typedef int32_t jostle_variant;
 
 /// What a planner is told once. Texts are copied.
@@ -327,7 +327,7 @@ typedef struct jostle_planner_options {
   uint32_t lanes;
   /// Greatest number of pushes in a plan; 0 (the default) for the planner's own.
   uint32_t max_depth;
-  /// Where the dissertation and its published code disagree: JOSTLE_VARIANT_DISSERTATION by default.
+  /// Which form of the planner: JOSTLE_VARIANT_TUNED by default.
   jostle_variant variant;
   /// 0.
   uint32_t reserved;
@@ -532,6 +532,9 @@ typedef int32_t jostle_effect;
 
 /// As the published code does.
 #define JOSTLE_VARIANT_CODE 2
+
+/// The published parameters with what measures better here.
+#define JOSTLE_VARIANT_TUNED 3
 
 /// It runs.
 #define JOSTLE_JOB_RUNNING 1
