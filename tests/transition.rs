@@ -4,17 +4,16 @@ use std::sync::Arc;
 
 use jostle::action::Push;
 use jostle::geom::{Pose2, Shape, vec2};
-use jostle::physics::{ENGINES, PhysicsOptions, PushJob, PushResult, PushStatus, Transition, engine};
+use jostle::physics::{EngineInfo, PhysicsOptions, PushJob, PushResult, PushStatus, Transition, engine};
 use jostle::run::{Budget, CancelToken, Stop};
 use jostle::scene::{BodyDef, LeaveRule, Scene, SceneBuilder, State, Workspace};
 
 const CENTRE: [f64; 2] = [0.5, 0.0];
 
-/// Every engine with every preset, on this scene.
+/// Every engine of this build with every preset, on this scene.
 fn engines(scene: &Arc<Scene>) -> Vec<Arc<dyn Transition>> {
-    let options = ENGINES.iter().flat_map(|engine| {
-        ["fast", "balanced", "fine"]
-            .map(|preset| PhysicsOptions { engine: (*engine).to_string(), ..PhysicsOptions::preset(preset) })
+    let options = EngineInfo::available().flat_map(|info| {
+        info.presets.iter().map(|preset| PhysicsOptions { engine: info.id.into(), ..PhysicsOptions::preset(preset) })
     });
     options.map(|o| engine(&o, Arc::clone(scene)).unwrap()).collect()
 }

@@ -4,6 +4,6 @@ mod options;
 pub mod rapier;
 mod transition;
 
-pub use options::{ENGINES, PhysicsOptions, engine};
+pub use options::{ENGINES, EngineInfo, PhysicsOptions, Purpose, engine};
 pub use rapier::{Rapier, RapierSettings};
 pub use transition::{PushJob, PushResult, PushStatus, Scratch, Transition};
