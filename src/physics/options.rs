@@ -105,6 +105,15 @@ impl PhysicsOptions {
         Ok(options)
     }
 
+    /// Reads `ENGINE:PRESET`, `ENGINE` (with the preset that suits the purpose), or a preset of rapier.
+    pub fn parse(text: &str, purpose: Purpose) -> Result<Self> {
+        match text.split_once(':') {
+            Some((engine, preset)) => Self::named(engine, Some(preset), purpose),
+            None if RapierSettings::PRESETS.contains(&text) => Self::named("rapier", Some(text), purpose),
+            None => Self::named(text, None, purpose),
+        }
+    }
+
     /// Checks the names and constants, and that this build has the engine.
     pub fn validate(&self) -> Result<()> {
         let info = EngineInfo::find(&self.engine)?;
