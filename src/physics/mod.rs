@@ -1,9 +1,13 @@
 //! What a push does: the [`Transition`] interface and the engines behind it.
 
+pub mod bullet;
 mod options;
 pub mod rapier;
 mod transition;
 
+#[cfg(feature = "bullet")]
+pub use bullet::Bullet;
+pub use bullet::BulletSettings;
 pub use options::{ENGINES, EngineInfo, PhysicsOptions, Purpose, engine};
 pub use rapier::{Rapier, RapierSettings};
 pub use transition::{PushJob, PushResult, PushStatus, Scratch, Transition};

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::bullet::{self, BulletSettings};
 use super::rapier::{Rapier, RapierSettings};
 use super::transition::Transition;
 use crate::error::{Error, Result};
@@ -24,13 +25,22 @@ pub struct EngineInfo {
 }
 
 /// The engines, present in this build or not.
-pub const ENGINES: [EngineInfo; 1] = [EngineInfo {
-    id: "rapier",
-    presets: &RapierSettings::PRESETS,
-    planning: "fast",
-    judging: "fine",
-    available: Ok(()),
-}];
+pub const ENGINES: [EngineInfo; 2] = [
+    EngineInfo {
+        id: "rapier",
+        presets: &RapierSettings::PRESETS,
+        planning: "fast",
+        judging: "fine",
+        available: Ok(()),
+    },
+    EngineInfo {
+        id: "bullet",
+        presets: &BulletSettings::PRESETS,
+        planning: "fast",
+        judging: "reference",
+        available: bullet::AVAILABLE,
+    },
+];
 
 /// What an engine is wanted for: decides its preset where none is named.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -50,6 +60,9 @@ pub struct PhysicsOptions {
     /// Every constant of rapier; takes the place of the preset.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rapier: Option<RapierSettings>,
+    /// Every constant of Bullet; takes the place of the preset.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bullet: Option<BulletSettings>,
 }
 
 impl Default for PhysicsOptions {
@@ -90,7 +103,7 @@ impl EngineInfo {
 impl PhysicsOptions {
     /// rapier with a preset.
     pub fn preset(preset: &str) -> Self {
-        Self { engine: "rapier".into(), preset: preset.into(), rapier: None }
+        Self { engine: "rapier".into(), preset: preset.into(), rapier: None, bullet: None }
     }
 
     /// An engine by its id, with a preset or (`None`) the one that suits the purpose.
@@ -100,7 +113,8 @@ impl PhysicsOptions {
             Purpose::Planning => info.planning,
             Purpose::Judging => info.judging,
         };
-        let options = Self { engine: engine.into(), preset: preset.unwrap_or(usual).into(), rapier: None };
+        let options =
+            Self { engine: engine.into(), preset: preset.unwrap_or(usual).into(), rapier: None, bullet: None };
         options.validate()?;
         Ok(options)
     }
@@ -117,13 +131,15 @@ impl PhysicsOptions {
     /// Checks the names and constants, and that this build has the engine.
     pub fn validate(&self) -> Result<()> {
         let info = EngineInfo::find(&self.engine)?;
-        match &self.rapier {
-            Some(settings) if self.engine == "rapier" => settings.validate()?,
-            Some(_) => {
-                let reason = format!("are constants of rapier, but the engine is `{}`", self.engine);
-                return Err(Error::argument("physics.rapier", reason));
-            }
-            None => info.check_preset(&self.preset)?,
+        let given = [("rapier", self.rapier.is_some()), ("bullet", self.bullet.is_some())];
+        if let Some((of, _)) = given.into_iter().find(|(of, given)| *given && *of != self.engine) {
+            let reason = format!("are constants of {of}, but the engine is `{}`", self.engine);
+            return Err(Error::argument(format!("physics.{of}"), reason));
+        }
+        match (&self.rapier, &self.bullet) {
+            (Some(settings), _) => settings.validate()?,
+            (_, Some(settings)) => settings.validate()?,
+            (None, None) => info.check_preset(&self.preset)?,
         }
         info.check_available()
     }
@@ -142,6 +158,14 @@ pub fn engine(options: &PhysicsOptions, scene: Arc<Scene>) -> Result<Arc<dyn Tra
                 None => RapierSettings::by_name(&options.preset)?,
             };
             Arc::new(Rapier::with_name(name(options.rapier.is_some()), scene, settings)?)
+        }
+        #[cfg(feature = "bullet")]
+        "bullet" => {
+            let settings = match options.bullet {
+                Some(settings) => settings,
+                None => BulletSettings::by_name(&options.preset)?,
+            };
+            Arc::new(bullet::Bullet::with_name(name(options.bullet.is_some()), scene, settings)?)
         }
         other => return Err(Error::Internal(format!("engine `{other}` is listed but cannot be made"))),
     })

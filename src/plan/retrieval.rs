@@ -94,7 +94,7 @@ impl Retrieval {
         out.candidates.extend(scratch.pushes.iter().map(|push| Candidate::new(*push)));
     }
 
-    /// No body that counts has left the workspace, and something moved.
+    /// No body that counts has left the workspace, none has toppled, and something moved.
     pub(super) fn useful(&self, before: &State, result: &PushResult) -> bool {
         let rule = self.scene.workspace().leave_scope;
         let left = match rule {
@@ -102,6 +102,7 @@ impl Retrieval {
             crate::scene::LeaveScope::TargetOnly => result.left.contains(self.target),
         };
         !left
+            && result.toppled.is_empty()
             && before.iter().any(|(i, a)| {
                 let b = result.state.pose(i);
                 (a.position() - b.position()).norm_squared() > IDLE.0 * IDLE.0
