@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::prism::{Prism, PrismSettings};
 use super::rapier::{Rapier, RapierSettings};
 use super::transition::Transition;
 use crate::error::{Error, Result};
@@ -24,13 +25,16 @@ pub struct EngineInfo {
 }
 
 /// The engines, present in this build or not.
-pub const ENGINES: [EngineInfo; 1] = [EngineInfo {
-    id: "rapier",
-    presets: &RapierSettings::PRESETS,
-    planning: "fast",
-    judging: "fine",
-    available: Ok(()),
-}];
+pub const ENGINES: [EngineInfo; 2] = [
+    EngineInfo {
+        id: "rapier",
+        presets: &RapierSettings::PRESETS,
+        planning: "fast",
+        judging: "fine",
+        available: Ok(()),
+    },
+    EngineInfo { id: "prism", presets: &PrismSettings::PRESETS, planning: "fast", judging: "fine", available: Ok(()) },
+];
 
 /// What an engine is wanted for: decides its preset where none is named.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -50,6 +54,9 @@ pub struct PhysicsOptions {
     /// Every constant of rapier; takes the place of the preset.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rapier: Option<RapierSettings>,
+    /// Every constant of prism; takes the place of the preset.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub prism: Option<PrismSettings>,
 }
 
 impl Default for PhysicsOptions {
@@ -90,7 +97,7 @@ impl EngineInfo {
 impl PhysicsOptions {
     /// rapier with a preset.
     pub fn preset(preset: &str) -> Self {
-        Self { engine: "rapier".into(), preset: preset.into(), rapier: None }
+        Self { engine: "rapier".into(), preset: preset.into(), rapier: None, prism: None }
     }
 
     /// An engine by its id, with a preset or (`None`) the one that suits the purpose.
@@ -100,7 +107,7 @@ impl PhysicsOptions {
             Purpose::Planning => info.planning,
             Purpose::Judging => info.judging,
         };
-        let options = Self { engine: engine.into(), preset: preset.unwrap_or(usual).into(), rapier: None };
+        let options = Self { engine: engine.into(), preset: preset.unwrap_or(usual).into(), rapier: None, prism: None };
         options.validate()?;
         Ok(options)
     }
@@ -108,13 +115,15 @@ impl PhysicsOptions {
     /// Checks the names and constants, and that this build has the engine.
     pub fn validate(&self) -> Result<()> {
         let info = EngineInfo::find(&self.engine)?;
-        match &self.rapier {
-            Some(settings) if self.engine == "rapier" => settings.validate()?,
-            Some(_) => {
-                let reason = format!("are constants of rapier, but the engine is `{}`", self.engine);
-                return Err(Error::argument("physics.rapier", reason));
-            }
-            None => info.check_preset(&self.preset)?,
+        let given = [("rapier", self.rapier.is_some()), ("prism", self.prism.is_some())];
+        if let Some((of, _)) = given.iter().find(|(of, given)| *given && *of != self.engine) {
+            let reason = format!("are constants of {of}, but the engine is `{}`", self.engine);
+            return Err(Error::argument(format!("physics.{of}"), reason));
+        }
+        match (&self.rapier, &self.prism) {
+            (Some(settings), _) => settings.validate()?,
+            (_, Some(settings)) => settings.validate()?,
+            (None, None) => info.check_preset(&self.preset)?,
         }
         info.check_available()
     }
@@ -133,6 +142,13 @@ pub fn engine(options: &PhysicsOptions, scene: Arc<Scene>) -> Result<Arc<dyn Tra
                 None => RapierSettings::by_name(&options.preset)?,
             };
             Arc::new(Rapier::with_name(name(options.rapier.is_some()), scene, settings)?)
+        }
+        "prism" => {
+            let settings = match options.prism {
+                Some(settings) => settings,
+                None => PrismSettings::by_name(&options.preset)?,
+            };
+            Arc::new(Prism::with_name(name(options.prism.is_some()), scene, settings)?)
         }
         other => return Err(Error::Internal(format!("engine `{other}` is listed but cannot be made"))),
     })
