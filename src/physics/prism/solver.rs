@@ -70,6 +70,10 @@ struct GroundRow {
     friction: Real,
     /// Effective masses: up, x, y.
     mass: [Real; 3],
+    /// Turning rates about x and y for a unit impulse upwards.
+    response: [Real; 2],
+    /// Velocity for a unit impulse upwards.
+    mobility: Real,
     impulse: [Real; 3],
 }
 
@@ -83,6 +87,10 @@ struct BodyRow {
     friction: Real,
     /// Effective masses: normal, across, up.
     mass: [Real; 3],
+    /// Moments of a unit impulse along the normal, and the turning rates that they give.
+    moment: [[Real; 3]; 2],
+    response: [[Real; 3]; 2],
+    mobility: Real,
     impulse: [Real; 3],
 }
 
@@ -159,7 +167,10 @@ impl Rows {
     pub fn add_ground(&mut self, body: usize, arm: [Real; 3], target: Real, friction: Real, impulse: [Real; 3]) {
         let m = &self.motion[body];
         let mass = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(|d| inverse(m.mobility(arm, d)));
-        self.ground.push(GroundRow { body: body as u32, arm, target, friction, mass, impulse });
+        let [x, y, _] = m.turn_response([arm[1], -arm[0], 0.0]);
+        let mobility = m.inverse_mass + x * arm[1] - y * arm[0];
+        let body = body as u32;
+        self.ground.push(GroundRow { body, arm, target, friction, mass, response: [x, y], mobility, impulse });
     }
 
     pub fn end_ground(&mut self, body: usize, from: u32, rolling: Real, impulse: [Real; 3]) -> Span {
@@ -182,9 +193,22 @@ impl Rows {
     ) {
         let axes = axes(normal);
         let [a, b] = bodies.map(|i| &self.motion[i]);
-        let mass = axes.map(|d| inverse(a.mobility(arm[0], d) + b.mobility(arm[1], d)));
-        let bodies = bodies.map(|i| i as u32);
-        self.bodies.push(BodyRow { bodies, arm, normal, target, friction, mass, impulse });
+        let mobilities = axes.map(|d| a.mobility(arm[0], d) + b.mobility(arm[1], d));
+        let [x, y] = normal;
+        let moment = arm.map(|r| [-r[2] * y, r[2] * x, r[0] * y - r[1] * x]);
+        let response = [a.turn_response(moment[0]), b.turn_response(moment[1])];
+        self.bodies.push(BodyRow {
+            bodies: bodies.map(|i| i as u32),
+            arm,
+            normal,
+            target,
+            friction,
+            mass: mobilities.map(inverse),
+            moment,
+            response,
+            mobility: mobilities[0],
+            impulse,
+        });
     }
 
     pub fn end_bodies(&mut self, bodies: [usize; 2], from: u32, rolling: Real, impulse: [Real; 3]) -> Span {
@@ -258,24 +282,35 @@ impl Rows {
         let mut change: Real = 0.0;
         for row in &mut self.bodies {
             let [a, b] = row.bodies.map(|i| i as usize);
-            let (ua, ub) = (self.motion[a].velocity_at(row.arm[0]), self.motion[b].velocity_at(row.arm[1]));
-            let short = row.target - dot([ub[0] - ua[0], ub[1] - ua[1]], row.normal);
-            let next = (row.impulse[0] + short * row.mass[0]).max(0.0);
+            let (n, m) = (row.normal, self.motion[a].v);
+            let (wa, wb, v) = (self.motion[a].w, self.motion[b].w, self.motion[b].v);
+            let [ja, jb] = row.moment;
+            let linear = n[0] * (v[0] - m[0]) + n[1] * (v[1] - m[1]);
+            let turning = (jb[0] * wb[0] + jb[1] * wb[1] + jb[2] * wb[2]) - (ja[0] * wa[0] + ja[1] * wa[1] + ja[2] * wa[2]);
+            let next = (row.impulse[0] + (row.target - (linear + turning)) * row.mass[0]).max(0.0);
             let d = next - row.impulse[0];
             row.impulse[0] = next;
-            change = change.max((d * inverse(row.mass[0])).abs());
-            let p = [row.normal[0] * d, row.normal[1] * d, 0.0];
-            self.motion[a].push_at(row.arm[0], p.map(|x| -x));
-            self.motion[b].push_at(row.arm[1], p);
+            change = change.max(d.abs() * row.mobility);
+            for (body, d, response) in [(a, -d, &row.response[0]), (b, d, &row.response[1])] {
+                let motion = &mut self.motion[body];
+                let p = d * motion.inverse_mass;
+                motion.v[0] += n[0] * p;
+                motion.v[1] += n[1] * p;
+                for i in 0..3 {
+                    motion.w[i] += response[i] * d;
+                }
+            }
         }
         for row in &mut self.ground {
             let m = &mut self.motion[row.body as usize];
-            let short = row.target - m.velocity_at(row.arm)[2];
-            let next = (row.impulse[0] + short * row.mass[0]).max(0.0);
+            let lifting = m.v[2] + m.w[0] * row.arm[1] - m.w[1] * row.arm[0];
+            let next = (row.impulse[0] + (row.target - lifting) * row.mass[0]).max(0.0);
             let d = next - row.impulse[0];
             row.impulse[0] = next;
-            change = change.max((d * inverse(row.mass[0])).abs());
-            m.push_at(row.arm, [0.0, 0.0, d]);
+            change = change.max(d.abs() * row.mobility);
+            m.v[2] += m.inverse_mass * d;
+            m.w[0] += row.response[0] * d;
+            m.w[1] += row.response[1] * d;
         }
         change
     }
@@ -322,12 +357,15 @@ impl Rows {
         }
         for row in &mut self.ground {
             let m = &mut self.motion[row.body as usize];
-            let u = m.velocity_at(row.arm);
+            let [x, y, z] = row.arm;
+            let u = [m.v[0] + m.w[1] * z - m.w[2] * y, m.v[1] + m.w[2] * x - m.w[0] * z];
             let limit = row.friction * row.impulse[0];
             let next = in_circle([row.impulse[1] - u[0] * row.mass[1], row.impulse[2] - u[1] * row.mass[2]], limit);
             let d = [next[0] - row.impulse[1], next[1] - row.impulse[2]];
             row.impulse = [row.impulse[0], next[0], next[1]];
-            m.push_at(row.arm, [d[0], d[1], 0.0]);
+            m.v[0] += m.inverse_mass * d[0];
+            m.v[1] += m.inverse_mass * d[1];
+            m.twist([-z * d[1], z * d[0], x * d[1] - y * d[0]]);
         }
     }
 }
