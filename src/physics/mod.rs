@@ -2,12 +2,14 @@
 
 pub mod bullet;
 mod options;
+pub mod prism;
 pub mod rapier;
 mod transition;
 
 #[cfg(feature = "bullet")]
 pub use bullet::Bullet;
 pub use bullet::BulletSettings;
-pub use options::{ENGINES, EngineInfo, PhysicsOptions, Purpose, engine};
+pub use options::{ENGINES, EngineInfo, EngineSettings, PhysicsOptions, Purpose, engine};
+pub use prism::{Prism, PrismSettings};
 pub use rapier::{Rapier, RapierSettings};
 pub use transition::{PushJob, PushResult, PushStatus, Scratch, Transition};
