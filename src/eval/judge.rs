@@ -13,7 +13,7 @@ use super::metrics::Effect;
 use crate::action::{Action, Grasp, Push};
 use crate::error::{Error, Result, check_range};
 use crate::geom::Pose2;
-use crate::physics::{self, PhysicsOptions, PushStatus, Scratch, Transition};
+use crate::physics::{self, GraspStatus, PhysicsOptions, PushStatus, Scratch, Transition};
 use crate::run::{Key, Stop};
 use crate::scene::{Problem, Scene, State};
 
@@ -174,7 +174,7 @@ impl Judge {
     pub fn execute(&mut self, action: &Action) -> Result<Effect> {
         match action {
             Action::Push(push) => self.push(push),
-            Action::Grasp(grasp) => Ok(self.grasp(grasp)),
+            Action::Grasp(grasp) => self.grasp(grasp),
         }
     }
 
@@ -190,13 +190,25 @@ impl Judge {
         }
     }
 
-    /// The grasp was planned for observed poses; it holds if the test passes for it at the true ones.
-    fn grasp(&mut self, grasp: &Grasp) -> Effect {
-        if grasp.body != self.target || !self.jaw.holds(&self.truth, grasp) {
-            return Effect::Missed;
+    /// The grasp was planned for observed poses. An engine that executes grasps says what was lifted, and only the target
+    /// alone counts; in any other the grasp holds if the geometric test passes for it at the true poses.
+    fn grasp(&mut self, grasp: &Grasp) -> Result<Effect> {
+        let Some(result) = self.engine.grasp(&mut self.scratch, &self.truth, grasp, &Stop::never()) else {
+            if grasp.body != self.target || !self.jaw.holds(&self.truth, grasp) {
+                return Ok(Effect::Missed);
+            }
+            self.truth.set_present(self.target, false);
+            return Ok(Effect::Grasped);
+        };
+        match result.status {
+            GraspStatus::Executed if grasp.body == self.target && result.held.iter().eq([self.target]) => {
+                self.truth = result.state;
+                Ok(Effect::Grasped)
+            }
+            // What was taken wrongly is put back where it was; nothing else is worth telling apart.
+            GraspStatus::Executed | GraspStatus::Blocked { .. } => Ok(Effect::Missed),
+            GraspStatus::Interrupted => Err(Error::Internal("the judge's engine stopped in mid grasp".into())),
         }
-        self.truth.set_present(self.target, false);
-        Effect::Grasped
     }
 }
 
@@ -211,9 +223,10 @@ fn perturbed(scene: &Scene, spread: f64, key: Key) -> Scene {
 
 #[cfg(test)]
 mod tests {
-    use super::super::testing::{Slide, row, squeeze};
+    use super::super::testing::{Claw, Slide, row, squeeze};
     use super::*;
     use crate::geom::vec2;
+    use crate::scene::Mask;
 
     fn judge(options: &JudgeOptions, trial: u64) -> Judge {
         let engine = |scene| Ok(Arc::new(Slide { scene, offset: Pose2::new(0.03, 0.0, 0.0) }) as Arc<dyn Transition>);
@@ -299,6 +312,33 @@ mod tests {
         assert!(judge.truth().is_present(0));
         assert_eq!(judge.execute(&Action::Grasp(good)).unwrap(), Effect::Grasped);
         assert!(!judge.truth().is_present(0));
+    }
+
+    #[test]
+    fn an_engine_that_grasps_decides_and_only_the_target_alone_counts() {
+        let problem = row();
+        // Geometry would refuse this grasp, and accept the other.
+        let (beside, good) = (squeeze(&problem, [0.5, 0.06]), squeeze(&problem, [0.5, 0.0]));
+        let blocked = GraspStatus::Blocked { body: Some(1) };
+        for (status, held, grasp, wanted) in [
+            (GraspStatus::Executed, Mask(0b01), beside, Effect::Grasped),
+            (GraspStatus::Executed, Mask(0b10), good, Effect::Missed),
+            (GraspStatus::Executed, Mask(0b11), good, Effect::Missed),
+            (GraspStatus::Executed, Mask::EMPTY, good, Effect::Missed),
+            (blocked, Mask::EMPTY, good, Effect::Missed),
+            (GraspStatus::Executed, Mask(0b01), Grasp { body: 1, ..good }, Effect::Missed),
+        ] {
+            let engine = |scene| Ok(Arc::new(Claw { scene, status, held }) as Arc<dyn Transition>);
+            let mut judge = Judge::with_engine(&problem, &JudgeOptions::default(), 0, &engine).unwrap();
+            assert_eq!(judge.execute(&Action::Grasp(grasp)).unwrap(), wanted, "{status:?} {held:?}");
+            assert_eq!(judge.truth().is_present(0), wanted == Effect::Missed);
+        }
+        let engine = |scene| {
+            let (status, held) = (GraspStatus::Interrupted, Mask::EMPTY);
+            Ok(Arc::new(Claw { scene, status, held }) as Arc<dyn Transition>)
+        };
+        let mut judge = Judge::with_engine(&problem, &JudgeOptions::default(), 0, &engine).unwrap();
+        assert!(judge.execute(&Action::Grasp(good)).is_err());
     }
 
     #[test]

@@ -12,4 +12,4 @@ pub use bullet::BulletSettings;
 pub use options::{ENGINES, EngineInfo, EngineSettings, PhysicsOptions, Purpose, engine};
 pub use prism::{Prism, PrismSettings};
 pub use rapier::{Rapier, RapierSettings};
-pub use transition::{PushJob, PushResult, PushStatus, Scratch, Transition};
+pub use transition::{GraspResult, GraspStatus, PushJob, PushResult, PushStatus, Scratch, Transition};

@@ -2,7 +2,7 @@
 
 use std::any::Any;
 
-use crate::action::Push;
+use crate::action::{Grasp, Push};
 use crate::run::Stop;
 use crate::scene::{Mask, Scene, State};
 
@@ -43,6 +43,30 @@ pub struct PushResult {
     pub toppled: Mask,
 }
 
+/// How a grasp ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum GraspStatus {
+    /// The fingers came down, closed and lifted.
+    #[default]
+    Executed,
+    /// A finger came down on this body (`None`: on something else, or the grasp is not finite); nothing was lifted.
+    Blocked { body: Option<usize> },
+    /// The stop was requested before the end; the result is not to be used.
+    Interrupted,
+}
+
+/// What a grasp did.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct GraspResult {
+    pub status: GraspStatus,
+    /// Bodies that hang between the fingers or were lifted along.
+    pub held: Mask,
+    /// Distance of the pads in the end, metres.
+    pub gap: f64,
+    /// The world afterwards: lifted bodies are absent, the others where the fingers left them.
+    pub state: State,
+}
+
 /// A model of what a push does to every body, prepared for one scene.
 ///
 /// Batch-first: an engine may run the jobs of a call side by side, and the result of a job must not depend on the
@@ -67,6 +91,13 @@ pub trait Transition: Send + Sync {
     /// Executes `jobs[i]` into `results[i]`. A requested stop leaves the rest `Interrupted` within a physics slice
     /// (well under a millisecond). `results` keeps its memory between calls.
     fn step_batch(&self, scratch: &mut Scratch, jobs: &[PushJob<'_>], results: &mut [PushResult], stop: &Stop);
+
+    /// Executes a grasp of the scene's gripper: down, close, lift. `None` from an engine without a third dimension, whose
+    /// user has to judge grasps by geometry.
+    fn grasp(&self, scratch: &mut Scratch, state: &State, grasp: &Grasp, stop: &Stop) -> Option<GraspResult> {
+        let _ = (scratch, state, grasp, stop);
+        None
+    }
 
     /// One push on its own.
     fn step(&self, scratch: &mut Scratch, state: &State, push: &Push, stop: &Stop) -> PushResult {
