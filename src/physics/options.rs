@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::planar::{Planar, PlanarSettings};
 use super::rapier::{Rapier, RapierSettings};
 use super::transition::Transition;
 use crate::error::{Error, Result};
@@ -24,13 +25,22 @@ pub struct EngineInfo {
 }
 
 /// The engines, present in this build or not.
-pub const ENGINES: [EngineInfo; 1] = [EngineInfo {
-    id: "rapier",
-    presets: &RapierSettings::PRESETS,
-    planning: "fast",
-    judging: "fine",
-    available: Ok(()),
-}];
+pub const ENGINES: [EngineInfo; 2] = [
+    EngineInfo {
+        id: "rapier",
+        presets: &RapierSettings::PRESETS,
+        planning: "fast",
+        judging: "fine",
+        available: Ok(()),
+    },
+    EngineInfo {
+        id: "planar",
+        presets: &PlanarSettings::PRESETS,
+        planning: "fast",
+        judging: "fine",
+        available: Ok(()),
+    },
+];
 
 /// What an engine is wanted for: decides its preset where none is named.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -133,6 +143,10 @@ pub fn engine(options: &PhysicsOptions, scene: Arc<Scene>) -> Result<Arc<dyn Tra
                 None => RapierSettings::by_name(&options.preset)?,
             };
             Arc::new(Rapier::with_name(name(options.rapier.is_some()), scene, settings)?)
+        }
+        "planar" => {
+            let settings = PlanarSettings::by_name(&options.preset)?;
+            Arc::new(Planar::with_name(name(false), scene, settings)?)
         }
         other => return Err(Error::Internal(format!("engine `{other}` is listed but cannot be made"))),
     })
