@@ -211,6 +211,11 @@ mod avx2 {
         fn pair(self, low: [f32; 4], high: [f32; 4]) -> __m256 {
             self.0.avx._mm256_set_m128(pulp::cast::<_, __m128>(high), pulp::cast::<_, __m128>(low))
         }
+
+        #[inline(always)]
+        fn halves(self, pair: __m256) -> [[f32; 4]; 2] {
+            pulp::cast(pair)
+        }
     }
 
     impl Simd8 for Avx2 {
@@ -292,14 +297,15 @@ mod avx2 {
             let avx = self.0.avx;
             let (ab_low, ab_high) = (avx._mm256_unpacklo_ps(c[0], c[1]), avx._mm256_unpackhi_ps(c[0], c[1]));
             let (cd_low, cd_high) = (avx._mm256_unpacklo_ps(c[2], c[3]), avx._mm256_unpackhi_ps(c[2], c[3]));
-            let pairs = [
+            let [r04, r15, r26, r37] = [
                 avx._mm256_shuffle_ps::<0b01_00_01_00>(ab_low, cd_low),
                 avx._mm256_shuffle_ps::<0b11_10_11_10>(ab_low, cd_low),
                 avx._mm256_shuffle_ps::<0b01_00_01_00>(ab_high, cd_high),
                 avx._mm256_shuffle_ps::<0b11_10_11_10>(ab_high, cd_high),
-            ]
-            .map(|p| pulp::cast::<__m256, [[f32; 4]; 2]>(p));
-            std::array::from_fn(|i| pairs[i % 4][i / 4])
+            ];
+            let ([r0, r4], [r1, r5]) = (self.halves(r04), self.halves(r15));
+            let ([r2, r6], [r3, r7]) = (self.halves(r26), self.halves(r37));
+            [r0, r1, r2, r3, r4, r5, r6, r7]
         }
     }
 }

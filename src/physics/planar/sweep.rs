@@ -120,39 +120,29 @@ fn tick<S: Simd8>(
     impulses: &mut [Impulse; SLOTS],
     greatest: S::F,
 ) -> S::F {
-    let slots: [(usize, usize); LANES] = std::array::from_fn(|l| lists[l][at[l]].slots());
-    let row = |k: usize| s.columns(std::array::from_fn(|l| lists[l][at[l]].0[k]));
-    let [nx, ny, turn_an, turn_at] = row(0);
-    let [turn_bn, turn_bt, root_a, root_b] = row(1);
-    let [want_n, want_t, friction, packed] = row(2);
-    let [old_n, old_t, spare0, spare1] = row(3);
-    let pa = s.columns(std::array::from_fn(|l| impulses[slots[l].0]));
-    let pb = s.columns(std::array::from_fn(|l| impulses[slots[l].1]));
-    let _ = packed;
+    let mut slots = [(0, 0); LANES];
+    let mut rows = [[[0.0; 4]; LANES]; 6];
+    for l in 0..LANES {
+        let record = &lists[l][at[l]];
+        slots[l] = record.slots();
+        for (rows, row) in rows.iter_mut().zip(&record.0) {
+            rows[l] = *row;
+        }
+        rows[4][l] = impulses[slots[l].0];
+        rows[5][l] = impulses[slots[l].1];
+    }
+    let [nx, ny, turn_an, turn_at] = s.columns(rows[0]);
+    let [turn_bn, turn_bt, root_a, root_b] = s.columns(rows[1]);
+    let [want_n, want_t, friction, _] = s.columns(rows[2]);
+    let [old_n, old_t, mark0, mark1] = s.columns(rows[3]);
+    let pa = s.columns(rows[4]);
+    let pb = s.columns(rows[5]);
 
     let zero = s.splat(0.0);
     let one = s.splat(1.0);
     let least = s.splat(constants.least_slope);
-    // What a body contributes: motion along the normal and the tangent, and the block of the Hessian.
-    let side = |p: &[S::F; 4], root: S::F, turn_n: S::F, turn_t: S::F| {
-        let [x, y, z, threshold] = *p;
-        let squared = s.add(s.add(s.add(s.mul(x, x), s.mul(y, y)), s.mul(z, z)), s.splat(1e-24));
-        let inverse = s.div(one, s.sqrt(squared));
-        let slope = s.max(s.sub(one, s.mul(threshold, inverse)), zero);
-        let (nx, ny) = (s.mul(nx, root), s.mul(ny, root));
-        let along_n = s.mul(s.add(s.add(s.mul(nx, x), s.mul(ny, y)), s.mul(turn_n, z)), inverse);
-        let along_t = s.mul(s.add(s.sub(s.mul(nx, y), s.mul(ny, x)), s.mul(turn_t, z)), inverse);
-        let speed = s.mul(slope, s.mul(squared, inverse));
-        let flat = s.max(slope, least);
-        let rest = s.sub(one, flat);
-        let mass = s.mul(root, root);
-        let nn = s.add(s.mul(flat, s.add(mass, s.mul(turn_n, turn_n))), s.mul(rest, s.mul(along_n, along_n)));
-        let tt = s.add(s.mul(flat, s.add(mass, s.mul(turn_t, turn_t))), s.mul(rest, s.mul(along_t, along_t)));
-        let nt = s.add(s.mul(flat, s.mul(turn_n, turn_t)), s.mul(rest, s.mul(along_n, along_t)));
-        (s.mul(speed, along_n), s.mul(speed, along_t), nn, nt, tt)
-    };
-    let (an, at_, ann, ant, att) = side(&pa, root_a, turn_an, turn_at);
-    let (bn, bt, bnn, bnt, btt) = side(&pb, root_b, turn_bn, turn_bt);
+    let [an, at_, ann, ant, att] = side(s, [nx, ny], pa, root_a, turn_an, turn_at, least);
+    let [bn, bt, bnn, bnt, btt] = side(s, [nx, ny], pb, root_b, turn_bn, turn_bt, least);
     // What is missing of the wanted displacement, negative where too little.
     let gap_n = s.add(want_n, s.sub(bn, an));
     let gap_t = s.add(want_t, s.sub(bt, at_));
@@ -176,24 +166,44 @@ fn tick<S: Simd8>(
 
     let (dn, dt) = (s.sub(new_n, old_n), s.sub(new_t, old_t));
     let (fx, fy) = (s.sub(s.mul(nx, dn), s.mul(ny, dt)), s.add(s.mul(ny, dn), s.mul(nx, dt)));
-    let turned = |turn_n: S::F, turn_t: S::F| s.add(s.mul(turn_n, dn), s.mul(turn_t, dt));
-    let new_a = s.rows([
-        s.sub(pa[0], s.mul(fx, root_a)),
-        s.sub(pa[1], s.mul(fy, root_a)),
-        s.sub(pa[2], turned(turn_an, turn_at)),
-        pa[3],
-    ]);
-    let new_b = s.rows([
-        s.add(pb[0], s.mul(fx, root_b)),
-        s.add(pb[1], s.mul(fy, root_b)),
-        s.add(pb[2], turned(turn_bn, turn_bt)),
-        pb[3],
-    ]);
-    let kept = s.rows([new_n, new_t, spare0, spare1]);
+    let (za, zb) = (s.add(s.mul(turn_an, dn), s.mul(turn_at, dt)), s.add(s.mul(turn_bn, dn), s.mul(turn_bt, dt)));
+    let new_a = s.rows([s.sub(pa[0], s.mul(fx, root_a)), s.sub(pa[1], s.mul(fy, root_a)), s.sub(pa[2], za), pa[3]]);
+    let new_b = s.rows([s.add(pb[0], s.mul(fx, root_b)), s.add(pb[1], s.mul(fy, root_b)), s.add(pb[2], zb), pb[3]]);
+    let kept = s.rows([new_n, new_t, mark0, mark1]);
     for l in 0..LANES {
         impulses[slots[l].0] = new_a[l];
         impulses[slots[l].1] = new_b[l];
         lists[l][at[l]].0[3] = kept[l];
     }
     s.max(s.max(s.abs(dn), s.abs(dt)), greatest)
+}
+
+/// What a body with the impulse `p` contributes to a contact: its motion along the normal and the tangent, and the
+/// contact's block of the Hessian (normal, mixed, tangential).
+#[inline(always)]
+fn side<S: Simd8>(
+    s: S,
+    [nx, ny]: [S::F; 2],
+    [x, y, z, threshold]: [S::F; 4],
+    root: S::F,
+    turn_n: S::F,
+    turn_t: S::F,
+    least: S::F,
+) -> [S::F; 5] {
+    let one = s.splat(1.0);
+    let squared = s.add(s.add(s.add(s.mul(x, x), s.mul(y, y)), s.mul(z, z)), s.splat(1e-24));
+    let inverse = s.div(one, s.sqrt(squared));
+    let slope = s.max(s.sub(one, s.mul(threshold, inverse)), s.splat(0.0));
+    let (nx, ny) = (s.mul(nx, root), s.mul(ny, root));
+    // The direction of the impulse along the normal and the tangent.
+    let along_n = s.mul(s.add(s.add(s.mul(nx, x), s.mul(ny, y)), s.mul(turn_n, z)), inverse);
+    let along_t = s.mul(s.add(s.sub(s.mul(nx, y), s.mul(ny, x)), s.mul(turn_t, z)), inverse);
+    let speed = s.mul(slope, s.mul(squared, inverse));
+    let flat = s.max(slope, least);
+    let rest = s.sub(one, flat);
+    let mass = s.mul(root, root);
+    let nn = s.add(s.mul(flat, s.add(mass, s.mul(turn_n, turn_n))), s.mul(rest, s.mul(along_n, along_n)));
+    let nt = s.add(s.mul(flat, s.mul(turn_n, turn_t)), s.mul(rest, s.mul(along_n, along_t)));
+    let tt = s.add(s.mul(flat, s.add(mass, s.mul(turn_t, turn_t))), s.mul(rest, s.mul(along_t, along_t)));
+    [s.mul(speed, along_n), s.mul(speed, along_t), nn, nt, tt]
 }
