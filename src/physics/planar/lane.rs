@@ -141,6 +141,7 @@ impl Lane {
                 let chain = (settings.sweeps_per_contact * self.contacts.len() as f64) as usize;
                 *cursor = Cursor {
                     at: 0,
+                    stride: 1,
                     len: self.contacts.len(),
                     sweeps: 0,
                     most_sweeps: settings.sweeps.max(chain),
@@ -348,7 +349,7 @@ impl Lane {
     /// Bodies joined to the tip by contacts, and the contacts, from the tip outwards.
     fn find_contacts<S: Simd8>(&mut self, s: S, shared: &Shared<'_>, impulses: &mut [Impulse; SLOTS]) {
         let model = shared.model;
-        let reach = (shared.settings.reach as f32) * self.travel;
+        let reach = shared.settings.reach as f32;
         std::mem::swap(&mut self.known, &mut self.before);
         let mut found = Found {
             model,
@@ -367,7 +368,7 @@ impl Lane {
         impulses[self.index * LANE_SLOTS + TIP_SLOT] = [0.0, 0.0, 0.0, 1.0];
         let step = if self.steps_left > 0 { self.travel } else { 0.0 };
         let tip_move = [self.direction[0] * step, self.direction[1] * step];
-        let tip_within = reach + shared.settings.border as f32;
+        let tip_within = reach + step + shared.settings.border as f32;
         let tip = self.placed_tip(model);
         for &body in &self.present {
             let body = usize::from(body);
@@ -384,7 +385,8 @@ impl Lane {
                 let pair = (model.outlines.len() as u64) << 32 | piece as u64;
                 for point in &manifold.points[..manifold.count] {
                     let point = Point { gap: point.gap - self.borders[body], ..*point };
-                    if point.gap < reach {
+                    let [nx, ny] = manifold.normal;
+                    if point.gap - (nx * tip_move[0] + ny * tip_move[1]).max(0.0) < reach {
                         found.add(self, None, body, manifold.normal, point, tip_move, pair, impulses);
                     }
                 }
@@ -402,8 +404,9 @@ impl Lane {
                     continue;
                 }
                 let border = self.borders[a] + self.borders[b];
-                self.pairs(model, a, b, reach + border, |p, q, first, second| {
-                    let manifold = contact(s, first, second, reach + border);
+                let within = reach + border;
+                self.pairs(model, a, b, within, |p, q, first, second| {
+                    let manifold = contact(s, first, second, within);
                     let pair = (p as u64) << 32 | q as u64;
                     for point in &manifold.points[..manifold.count] {
                         let point = Point { gap: point.gap - border, ..*point };

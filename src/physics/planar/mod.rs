@@ -3,7 +3,7 @@
 mod lane;
 mod model;
 mod settings;
-mod sweep;
+pub mod sweep;
 mod trig;
 
 use std::sync::Arc;
@@ -12,7 +12,7 @@ pub use settings::PlanarSettings;
 
 use self::lane::{Lane, Shared};
 use self::model::Model;
-use self::sweep::{Constants, Cursor, Impulse, Record, SLOTS, sweep};
+use self::sweep::{Constants, Cursor, Impulse, PUSHES, Record, SLOTS, sweep};
 use super::lanes::simd::WithSimd;
 use super::lanes::{self, InstructionSet, LANES, LaneWork, Simd8};
 use super::transition::{PushJob, PushResult, PushStatus, Scratch, Transition};
@@ -36,15 +36,15 @@ pub struct Planar {
 struct Workspace {
     lanes: Vec<Lane>,
     impulses: Vec<Impulse>,
-    idle: [[Record; 1]; LANES],
+    idle: [[Record; 1]; PUSHES],
 }
 
 impl Workspace {
     fn new() -> Workspace {
         Workspace {
-            lanes: (0..LANES).map(Lane::new).collect(),
+            lanes: (0..PUSHES).map(Lane::new).collect(),
             impulses: vec![[0.0; 4]; SLOTS],
-            idle: [[Record::idle()]; LANES],
+            idle: [[Record::idle()]; PUSHES],
         }
     }
 }
@@ -115,7 +115,7 @@ impl WithSimd for Call<'_> {
     fn run<S: Simd8>(self, simd: S) {
         let Workspace { lanes, impulses, idle } = self.workspace;
         // Both are made with these lengths.
-        let (Some(lanes), Some(impulses)) = (lanes.first_chunk_mut::<LANES>(), impulses.first_chunk_mut::<SLOTS>())
+        let (Some(lanes), Some(impulses)) = (lanes.first_chunk_mut::<PUSHES>(), impulses.first_chunk_mut::<SLOTS>())
         else {
             return;
         };
@@ -127,9 +127,9 @@ impl WithSimd for Call<'_> {
             lanes,
             impulses,
             idle,
-            cursors: [Cursor::default(); LANES],
-            changes: [0.0; LANES],
-            held: [0; LANES],
+            cursors: [Cursor::default(); PUSHES],
+            changes: [[0.0; LANES]; 2],
+            held: [0; PUSHES],
             jobs: self.jobs,
             results: self.results,
         };
@@ -141,17 +141,19 @@ struct Work<'a, S> {
     simd: S,
     shared: Shared<'a>,
     constants: Constants,
-    lanes: &'a mut [Lane; LANES],
+    lanes: &'a mut [Lane; PUSHES],
     impulses: &'a mut [Impulse; SLOTS],
-    idle: &'a mut [[Record; 1]; LANES],
-    cursors: [Cursor; LANES],
-    changes: [f32; LANES],
-    held: [usize; LANES],
+    idle: &'a mut [[Record; 1]; PUSHES],
+    cursors: [Cursor; PUSHES],
+    changes: [[f32; LANES]; 2],
+    held: [usize; PUSHES],
     jobs: &'a [PushJob<'a>],
     results: &'a mut [PushResult],
 }
 
 impl<S: Simd8> LaneWork for Work<'_, S> {
+    const LANES: usize = PUSHES;
+
     fn begin(&mut self, lane: usize, job: usize) -> bool {
         self.held[lane] = job;
         let (s, shared, jobs) = (self.simd, &self.shared, self.jobs);
@@ -165,7 +167,7 @@ impl<S: Simd8> LaneWork for Work<'_, S> {
         let impulses = &mut *self.impulses;
         let mut idle = self.idle.iter_mut();
         let mut lanes = self.lanes.iter_mut();
-        let mut lists: [&mut [Record]; LANES] = std::array::from_fn(|l| {
+        let mut lists: [&mut [Record]; PUSHES] = std::array::from_fn(|l| {
             let idle = idle.next().map_or(Default::default(), |i| i.as_mut_slice());
             let busy = lanes.next().map_or(Default::default(), |lane| lane.contacts.as_mut_slice());
             if cursors[l].len > 0 { busy } else { idle }

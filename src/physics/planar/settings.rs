@@ -22,8 +22,10 @@ pub struct PlanarSettings {
     pub compliance: f64,
     /// Least slope of the friction law that the solver assumes: keeps its steps finite where a body is at rest.
     pub least_slope: f64,
-    /// Contacts are made between bodies nearer than this many steps.
+    /// Contacts are made between bodies nearer than this, and where the tip would come nearer than this in the step,
+    /// metres. More makes contacts that hinder what only passes by.
     pub reach: f64,
+
     /// Share of an overlap that is pushed out in a step.
     pub correction: f64,
     /// Steps with a still tip at the end of a push, which push out what overlap is left.
@@ -60,8 +62,8 @@ impl PlanarSettings {
             tolerance: 0.03,
             compliance: 0.5,
             least_slope: 0.2,
-            reach: 1.0,
-            correction: 0.5,
+            reach: 0.001,
+            correction: 0.8,
             clean_up_steps: 0,
             border: 0.001,
             torque_ratio: 1.5,
@@ -101,7 +103,7 @@ impl PlanarSettings {
         check_range("physics.tolerance", self.tolerance, 0.0..=1.0)?;
         check_range("physics.compliance", self.compliance, 0.01..=10.0)?;
         check_range("physics.least_slope", self.least_slope, 0.01..=1.0)?;
-        check_range("physics.reach", self.reach, 0.5..=5.0)?;
+        check_range("physics.reach", self.reach, 0.0..=0.02)?;
         check_range("physics.correction", self.correction, 0.0..=1.0)?;
         check_range("physics.clean_up_steps", self.clean_up_steps as f64, 0.0..=1000.0)?;
         check_range("physics.border", self.border, 0.0..=0.02)?;

@@ -5,7 +5,10 @@
 //! Hessian is s 1 + (1 - s) p p' with s = 1 - phi/|P| and p = P/|P|. A contact is solved by one Newton step with its
 //! exact 2x2 block of that Hessian, then projected onto its friction cone.
 
-use crate::physics::lanes::{LANES, Simd8};
+use crate::physics::lanes::{LANES, Numbers, Simd8, Twice};
+
+/// Pushes side by side: two registers full.
+pub const PUSHES: usize = 2 * LANES;
 
 /// A contact between bodies `a` and `b` (the tip or a body, and a body) as the solver reads it.
 ///
@@ -36,7 +39,7 @@ impl Record {
 }
 
 /// Room for the impulses of every lane's bodies; a power of two.
-pub const SLOTS: usize = 2048;
+pub const SLOTS: usize = 4096;
 /// Slots of a lane: 128 bodies, the tip, and some more so that lanes do not fall on the same lines of the cache.
 pub const LANE_SLOTS: usize = 132;
 /// The tip's slot in its lane: it takes every impulse and does not move by it.
@@ -50,6 +53,8 @@ pub type Impulse = [f32; 4];
 pub struct Cursor {
     /// The next contact.
     pub at: usize,
+    /// 1, or 0 for a lane that has nothing to do.
+    pub stride: usize,
     /// Contacts of the list; 0 for a lane that has nothing to do.
     pub len: usize,
     pub sweeps: usize,
@@ -68,43 +73,47 @@ pub struct Constants {
 pub fn sweep<S: Simd8>(
     s: S,
     constants: Constants,
-    lists: &mut [&mut [Record]; LANES],
-    cursors: &mut [Cursor; LANES],
-    changes: &mut [f32; LANES],
+    lists: &mut [&mut [Record]; PUSHES],
+    cursors: &mut [Cursor; PUSHES],
+    changes: &mut [[f32; LANES]; 2],
     impulses: &mut [Impulse; SLOTS],
 ) -> u32 {
+    let mut at: [usize; PUSHES] = std::array::from_fn(|l| cursors[l].at);
     loop {
         // Nobody's list ends before this many ticks.
         let mut ticks = usize::MAX;
-        for cursor in cursors.iter().filter(|c| c.len > 0) {
-            ticks = ticks.min(cursor.len - cursor.at);
+        for l in 0..PUSHES {
+            // A lane without a list waits at its only record.
+            let left = if cursors[l].len > 0 { cursors[l].len - at[l] } else { usize::MAX };
+            ticks = ticks.min(left);
         }
         if ticks == usize::MAX {
             return 0;
         }
-        let mut greatest = s.load(changes);
-        let mut at: [usize; LANES] = std::array::from_fn(|l| cursors[l].at);
-        let stride: [usize; LANES] = std::array::from_fn(|l| usize::from(cursors[l].len > 0));
+        let mut greatest = [s.load(&changes[0]), s.load(&changes[1])];
         for _ in 0..ticks {
             greatest = tick(s, constants, lists, &at, impulses, greatest);
-            for l in 0..LANES {
-                at[l] += stride[l];
+            for l in 0..PUSHES {
+                at[l] += cursors[l].stride;
             }
         }
-        *changes = s.store(greatest);
+        *changes = [s.store(greatest[0]), s.store(greatest[1])];
         let mut finished = 0;
         for (l, cursor) in cursors.iter_mut().enumerate() {
-            cursor.at = at[l];
-            if cursor.len > 0 && cursor.at == cursor.len {
-                cursor.at = 0;
+            if at[l] == cursor.len && cursor.len > 0 {
+                at[l] = 0;
                 cursor.sweeps += 1;
-                if changes[l] <= cursor.tolerance || cursor.sweeps >= cursor.most_sweeps {
+                let change = &mut changes[l / LANES][l % LANES];
+                if *change <= cursor.tolerance || cursor.sweeps >= cursor.most_sweeps {
                     finished |= 1 << l;
                 }
-                changes[l] = 0.0;
+                *change = 0.0;
             }
         }
         if finished != 0 {
+            for (cursor, at) in cursors.iter_mut().zip(at) {
+                cursor.at = at;
+            }
             return finished;
         }
     }
@@ -113,31 +122,33 @@ pub fn sweep<S: Simd8>(
 /// One contact of every lane.
 #[inline(always)]
 fn tick<S: Simd8>(
-    s: S,
+    simd: S,
     constants: Constants,
-    lists: &mut [&mut [Record]; LANES],
-    at: &[usize; LANES],
+    lists: &mut [&mut [Record]; PUSHES],
+    at: &[usize; PUSHES],
     impulses: &mut [Impulse; SLOTS],
-    greatest: S::F,
-) -> S::F {
-    let mut slots = [(0, 0); LANES];
-    let mut rows = [[[0.0; 4]; LANES]; 6];
-    for l in 0..LANES {
+    greatest: [S::F; 2],
+) -> [S::F; 2] {
+    let mut slots = [(0, 0); PUSHES];
+    let mut rows = [[[[0.0; 4]; LANES]; 6]; 2];
+    for l in 0..PUSHES {
         let record = &lists[l][at[l]];
         slots[l] = record.slots();
+        let rows = &mut rows[l / LANES];
         for (rows, row) in rows.iter_mut().zip(&record.0) {
-            rows[l] = *row;
+            rows[l % LANES] = *row;
         }
-        rows[4][l] = impulses[slots[l].0];
-        rows[5][l] = impulses[slots[l].1];
+        rows[4][l % LANES] = impulses[slots[l].0];
+        rows[5][l % LANES] = impulses[slots[l].1];
     }
-    let [nx, ny, turn_an, turn_at] = s.columns(rows[0]);
-    let [turn_bn, turn_bt, root_a, root_b] = s.columns(rows[1]);
-    let [want_n, want_t, friction, _] = s.columns(rows[2]);
-    let [old_n, old_t, mark0, mark1] = s.columns(rows[3]);
-    let pa = s.columns(rows[4]);
-    let pb = s.columns(rows[5]);
+    let [nx, ny, turn_an, turn_at] = columns(simd, &rows, 0);
+    let [turn_bn, turn_bt, root_a, root_b] = columns(simd, &rows, 1);
+    let [want_n, want_t, friction, _] = columns(simd, &rows, 2);
+    let [old_n, old_t, mark0, mark1] = columns(simd, &rows, 3);
+    let pa = columns(simd, &rows, 4);
+    let pb = columns(simd, &rows, 5);
 
+    let s = Twice(simd);
     let zero = s.splat(0.0);
     let one = s.splat(1.0);
     let least = s.splat(constants.least_slope);
@@ -167,21 +178,35 @@ fn tick<S: Simd8>(
     let (dn, dt) = (s.sub(new_n, old_n), s.sub(new_t, old_t));
     let (fx, fy) = (s.sub(s.mul(nx, dn), s.mul(ny, dt)), s.add(s.mul(ny, dn), s.mul(nx, dt)));
     let (za, zb) = (s.add(s.mul(turn_an, dn), s.mul(turn_at, dt)), s.add(s.mul(turn_bn, dn), s.mul(turn_bt, dt)));
-    let new_a = s.rows([s.sub(pa[0], s.mul(fx, root_a)), s.sub(pa[1], s.mul(fy, root_a)), s.sub(pa[2], za), pa[3]]);
-    let new_b = s.rows([s.add(pb[0], s.mul(fx, root_b)), s.add(pb[1], s.mul(fy, root_b)), s.add(pb[2], zb), pb[3]]);
-    let kept = s.rows([new_n, new_t, mark0, mark1]);
-    for l in 0..LANES {
-        impulses[slots[l].0] = new_a[l];
-        impulses[slots[l].1] = new_b[l];
-        lists[l][at[l]].0[3] = kept[l];
+    let new_a = back(simd, [s.sub(pa[0], s.mul(fx, root_a)), s.sub(pa[1], s.mul(fy, root_a)), s.sub(pa[2], za), pa[3]]);
+    let new_b = back(simd, [s.add(pb[0], s.mul(fx, root_b)), s.add(pb[1], s.mul(fy, root_b)), s.add(pb[2], zb), pb[3]]);
+    let kept = back(simd, [new_n, new_t, mark0, mark1]);
+    for l in 0..PUSHES {
+        let (group, lane) = (l / LANES, l % LANES);
+        impulses[slots[l].0] = new_a[group][lane];
+        impulses[slots[l].1] = new_b[group][lane];
+        lists[l][at[l]].0[3] = kept[group][lane];
     }
     s.max(s.max(s.abs(dn), s.abs(dt)), greatest)
+}
+
+/// The columns of row `k` of both groups of lanes.
+#[inline(always)]
+fn columns<S: Simd8>(s: S, rows: &[[[[f32; 4]; LANES]; 6]; 2], k: usize) -> [[S::F; 2]; 4] {
+    let (a, b) = (s.columns(rows[0][k]), s.columns(rows[1][k]));
+    [[a[0], b[0]], [a[1], b[1]], [a[2], b[2]], [a[3], b[3]]]
+}
+
+/// The rows of both groups of lanes.
+#[inline(always)]
+fn back<S: Simd8>(s: S, c: [[S::F; 2]; 4]) -> [[[f32; 4]; LANES]; 2] {
+    [s.rows([c[0][0], c[1][0], c[2][0], c[3][0]]), s.rows([c[0][1], c[1][1], c[2][1], c[3][1]])]
 }
 
 /// What a body with the impulse `p` contributes to a contact: its motion along the normal and the tangent, and the
 /// contact's block of the Hessian (normal, mixed, tangential).
 #[inline(always)]
-fn side<S: Simd8>(
+fn side<S: Numbers>(
     s: S,
     [nx, ny]: [S::F; 2],
     [x, y, z, threshold]: [S::F; 4],
@@ -207,3 +232,9 @@ fn side<S: Simd8>(
     let tt = s.add(s.mul(flat, s.add(mass, s.mul(turn_t, turn_t))), s.mul(rest, s.mul(along_t, along_t)));
     [s.mul(speed, along_n), s.mul(speed, along_t), nn, nt, tt]
 }
+
+pub static TICKS: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0);
+pub static CALLS: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0);
+pub static STEPS: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0);
+pub static SWEEPS: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0);
+pub static CONTACTS: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0);
