@@ -3,7 +3,8 @@
 //! A recording is a text file with one JSON object a line: `case`, `push` = [x0, y0, x1, y1] of the tip's centre,
 //! `tip` = {`w` across, `t` along}, `shapes[i]` = convex `pieces` in the body frame, `mass`, `izz` about the origin,
 //! `before` and `after` = [x, y, yaw] of every body, and optionally `after_fresh` (the same push in a fresh world).
-//! Other fields are ignored. The centre of mass is the body's origin.
+//! `before3d` = [x, y, z, qx, qy, qz, qw] says how the bodies leaned and how high they lay, for engines that know a
+//! stance. Other fields are ignored. The centre of mass is the body's origin.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -14,7 +15,7 @@ use super::statistics::{mean, median, percentile};
 use crate::action::Push;
 use crate::error::{Error, Result};
 use crate::geom::{Footprint, Pose2, convex_hull, normalize_angle, vec2};
-use crate::physics::{PushStatus, Transition};
+use crate::physics::{PushJob, PushStatus, Stance, Transition};
 use crate::run::Stop;
 use crate::scene::{BodyDef, Friction, Gripper, PushTip, Scene, SceneBuilder, State};
 
@@ -22,6 +23,9 @@ use crate::scene::{BodyDef, Friction, Gripper, PushTip, Scene, SceneBuilder, Sta
 pub const MOVED_POSITION: f64 = 0.002;
 /// ... or if it turned by more than this, radians.
 pub const MOVED_ROTATION: f64 = 2.0 * std::f64::consts::PI / 180.0;
+
+/// Height at which the recorded bodies' lower faces come to rest, metres: ground and collision margin.
+const RECORDED_REST: f64 = 0.0005;
 
 /// A case whose recordings are not planar (one block lies on another); left out.
 pub const NOT_PLANAR: &str = "testo09";
@@ -51,6 +55,8 @@ pub struct Recording {
     pub after: Vec<[f64; 3]>,
     #[serde(default)]
     pub after_fresh: Option<Vec<[f64; 3]>>,
+    #[serde(default)]
+    pub before3d: Option<Vec<[f64; 7]>>,
 }
 
 /// Metres.
@@ -105,8 +111,11 @@ impl Recording {
         same("before", self.before.len())?;
         same("after", self.after.len())?;
         self.after_fresh.as_ref().map_or(Ok(()), |fresh| same("after_fresh", fresh.len()))?;
+        self.before3d.as_ref().map_or(Ok(()), |poses| same("before3d", poses.len()))?;
         let poses = self.before.iter().chain(&self.after).chain(self.after_fresh.iter().flatten());
-        if !poses.flatten().chain(&self.push).all(|v| v.is_finite()) {
+        if !poses.flatten().chain(&self.push).all(|v| v.is_finite())
+            || !self.before3d.iter().flatten().flatten().all(|v| v.is_finite())
+        {
             return Err(Error::argument("recording", "holds a number that is not finite"));
         }
         self.scene().map(|_| ())
@@ -143,12 +152,38 @@ impl Recording {
         Push::new(vec2(x0, y0), vec2(x1, y1))
     }
 
+    /// How the bodies stood; empty where the recording does not say. `scene` is the recording's.
+    pub fn stances(&self, scene: &Scene) -> Vec<Stance> {
+        let bodies = scene.bodies().iter();
+        self.before3d.iter().flatten().zip(bodies).map(|(pose, body)| stance(pose, body.height)).collect()
+    }
+
     fn result(&self, against: Against) -> Option<&[[f64; 3]]> {
         match against {
             Against::Recorded => Some(&self.after),
             Against::Fresh => self.after_fresh.as_deref(),
         }
     }
+}
+
+/// A block stands on whichever of its sides is nearest to level; it leans by what is left.
+fn stance(pose: &[f64; 7], height: f64) -> Stance {
+    let [_, _, z, qx, qy, qz, qw] = *pose;
+    // The vertical components of the block's axes, and the axis that is nearest to the vertical.
+    let third = [2.0 * (qx * qz - qy * qw), 2.0 * (qy * qz + qx * qw), 1.0 - 2.0 * (qx * qx + qy * qy)];
+    let axis = (0..3).fold(0, |best, k| if third[k].abs() > third[best].abs() { k } else { best });
+    let horizontal = [
+        [1.0 - 2.0 * (qy * qy + qz * qz), 2.0 * (qx * qy + qz * qw)],
+        [2.0 * (qx * qy - qz * qw), 1.0 - 2.0 * (qx * qx + qz * qz)],
+        [2.0 * (qx * qz + qy * qw), 2.0 * (qy * qz - qx * qw)],
+    ][axis];
+    let [x, y] = horizontal.map(|v| v * third[axis].signum());
+    let (sine, cosine) = (x.hypot(y), third[axis].abs());
+    // The turn that takes the vertical to the axis: about the horizontal direction across it.
+    let scale = if sine > 0.0 { sine.atan2(cosine) / sine } else { 0.0 };
+    // A block's origin lies amid its height only if it stands upright.
+    let rise = if axis == 2 { z - (RECORDED_REST + height / 2.0) } else { 0.0 };
+    Stance { lean: [-y * scale, x * scale], rise }
 }
 
 fn pose(p: &[f64; 3]) -> Pose2 {
@@ -214,7 +249,9 @@ pub fn compare(
         let scene = Arc::new(recording.scene()?);
         let transition = engine(Arc::clone(&scene))?;
         let mut scratch = transition.scratch();
-        let result = transition.step(&mut scratch, &recording.state(), &recording.push(), &Stop::never());
+        let state = recording.state();
+        let job = PushJob { state: &state, push: recording.push() };
+        let result = transition.step_standing(&mut scratch, &job, &recording.stances(&scene), &Stop::never());
         pushes += 1;
         illegal += usize::from(result.status != PushStatus::Executed);
         for (i, (before, wanted)) in recording.before.iter().zip(wanted).enumerate() {
@@ -334,6 +371,18 @@ mod tests {
         let text = format!("{}\n{}\n\n", line(), line().replace("test01", "testo09"));
         let f = check(Pose2::new(0.02, 0.0, 0.0), Against::Recorded, &text);
         assert_eq!((f.pushes, f.left_out), (1, 1));
+    }
+
+    #[test]
+    fn a_stance_is_the_lean_from_the_nearest_side() {
+        let half = 0.002f64.sin();
+        let upright = stance(&[0.0, 0.0, 0.0231, half, 0.0, 0.0, 0.002f64.cos()], 0.045);
+        assert!((upright.lean[0] - 0.004).abs() < 1e-9 && upright.lean[1].abs() < 1e-12, "{upright:?}");
+        assert!((upright.rise - 1e-4).abs() < 1e-12);
+        // On its side: turned by a right angle about x, and 4 mrad less.
+        let angle: f64 = std::f64::consts::FRAC_PI_4 - 0.002;
+        let side = stance(&[0.0, 0.0, 0.03, angle.sin(), 0.0, 0.0, angle.cos()], 0.045);
+        assert!((side.lean[0] + 0.004).abs() < 1e-9 && side.rise == 0.0, "{side:?}");
     }
 
     #[test]

@@ -10,4 +10,4 @@ pub use bullet::Bullet;
 pub use bullet::BulletSettings;
 pub use options::{ENGINES, EngineInfo, PhysicsOptions, Purpose, engine};
 pub use rapier::{Rapier, RapierSettings};
-pub use transition::{PushJob, PushResult, PushStatus, Scratch, Transition};
+pub use transition::{PushJob, PushResult, PushStatus, Scratch, Stance, Transition};

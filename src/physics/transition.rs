@@ -43,6 +43,15 @@ pub struct PushResult {
     pub toppled: Mask,
 }
 
+/// How a body stands at the start of a push: what a pose in the plane does not say. Flat on the ground by default.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Stance {
+    /// The body leans by a turn about this horizontal axis of the world frame, whose length is the angle in radians.
+    pub lean: [f64; 2],
+    /// How far the body's centre lies above where it rests when it stands flat, metres.
+    pub rise: f64,
+}
+
 /// A model of what a push does to every body, prepared for one scene.
 ///
 /// Batch-first: an engine may run the jobs of a call side by side, and the result of a job must not depend on the
@@ -67,6 +76,11 @@ pub trait Transition: Send + Sync {
     /// Executes `jobs[i]` into `results[i]`. A requested stop leaves the rest `Interrupted` within a physics slice
     /// (well under a millisecond). `results` keeps its memory between calls.
     fn step_batch(&self, scratch: &mut Scratch, jobs: &[PushJob<'_>], results: &mut [PushResult], stop: &Stop);
+
+    /// One push of bodies that stand as `stances` says (one for each body of the scene). Planar engines know no stance.
+    fn step_standing(&self, scratch: &mut Scratch, job: &PushJob<'_>, _stances: &[Stance], stop: &Stop) -> PushResult {
+        self.step(scratch, job.state, &job.push, stop)
+    }
 
     /// One push on its own.
     fn step(&self, scratch: &mut Scratch, state: &State, push: &Push, stop: &Stop) -> PushResult {

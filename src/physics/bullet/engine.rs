@@ -9,7 +9,7 @@ use crate::action::Push;
 use crate::error::Result;
 use crate::geom::{Vec2, vec2};
 use crate::physics::rapier::free_travel;
-use crate::physics::transition::{PushJob, PushResult, PushStatus, Scratch, Transition};
+use crate::physics::transition::{PushJob, PushResult, PushStatus, Scratch, Stance, Transition};
 use crate::run::Stop;
 use crate::scene::{Mask, Scene, State};
 
@@ -63,11 +63,18 @@ impl Bullet {
     pub fn push_in_detail(&self, job: &PushJob<'_>, stop: &Stop) -> (PushResult, Vec<BodyDetail>) {
         let mut result = PushResult::default();
         let mut details = vec![BodyDetail::default(); self.scene.len()];
-        self.push(job, &mut result, &mut details, stop);
+        self.push(job, &[], &mut result, &mut details, stop);
         (result, details)
     }
 
-    fn push(&self, job: &PushJob<'_>, result: &mut PushResult, details: &mut [BodyDetail], stop: &Stop) {
+    fn push(
+        &self,
+        job: &PushJob<'_>,
+        stances: &[Stance],
+        result: &mut PushResult,
+        details: &mut [BodyDetail],
+        stop: &Stop,
+    ) {
         result.state.clone_from(job.state);
         result.touched = Mask::EMPTY;
         result.left = Mask::EMPTY;
@@ -87,7 +94,7 @@ impl Bullet {
             return;
         };
         let from = (travel - self.settings.approach).max(0.0);
-        match self.simulate(job, from, result, details, stop) {
+        match self.simulate(job, stances, from, result, details, stop) {
             Ok(true) => result.status = PushStatus::Executed,
             Ok(false) => result.status = PushStatus::Interrupted,
             // Out of memory, or a world that burst: the push is not to be used.
@@ -112,12 +119,13 @@ impl Bullet {
     fn simulate(
         &self,
         job: &PushJob<'_>,
+        stances: &[Stance],
         from: f64,
         result: &mut PushResult,
         details: &mut [BodyDetail],
         stop: &Stop,
     ) -> Result<bool> {
-        let mut world = PushWorld::new(self, job.state, &job.push, from)?;
+        let mut world = PushWorld::new(self, job.state, stances, &job.push, from)?;
         if !world.run(stop)? {
             return Ok(false);
         }
@@ -159,8 +167,15 @@ impl Transition for Bullet {
             if stop.requested() {
                 result.status = PushStatus::Interrupted;
             } else {
-                self.push(job, result, details, stop);
+                self.push(job, &[], result, details, stop);
             }
         }
+    }
+
+    fn step_standing(&self, _: &mut Scratch, job: &PushJob<'_>, stances: &[Stance], stop: &Stop) -> PushResult {
+        let mut result = PushResult::default();
+        let mut details = vec![BodyDetail::default(); self.scene.len()];
+        self.push(job, stances, &mut result, &mut details, stop);
+        result
     }
 }

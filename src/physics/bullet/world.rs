@@ -7,6 +7,7 @@ use super::settings::{BulletSettings, Ground, Solver};
 use crate::action::Push;
 use crate::error::Result;
 use crate::geom::{Pose2, Vec2, normalize_angle, pieces_gap_below, vec2};
+use crate::physics::transition::Stance;
 use crate::run::Stop;
 use crate::scene::{Mask, Scene, State};
 
@@ -30,9 +31,9 @@ pub(super) struct PushWorld<'a> {
 
 impl<'a> PushWorld<'a> {
     /// The world at the moment the tip has travelled `travel` metres.
-    pub fn new(engine: &'a Bullet, state: &State, push: &Push, travel: f64) -> Result<Self> {
+    pub fn new(engine: &'a Bullet, state: &State, stances: &[Stance], push: &Push, travel: f64) -> Result<Self> {
         let settings = &engine.settings;
-        let (mut world, bodies) = with_bodies(engine, state)?;
+        let (mut world, bodies) = with_bodies(engine, state, stances)?;
         let tip = &engine.scene.gripper().push;
         world.add_box(&BoxDef {
             half: [tip.thickness / 2.0, tip.width / 2.0, (settings.tip_top - settings.tip_bottom) / 2.0],
@@ -111,7 +112,7 @@ impl<'a> PushWorld<'a> {
 }
 
 /// A world with the ground and the present bodies, in the order of [`State::iter`], and their indices.
-pub(super) fn with_bodies(engine: &Bullet, state: &State) -> Result<(World, Vec<usize>)> {
+pub(super) fn with_bodies(engine: &Bullet, state: &State, stances: &[Stance]) -> Result<(World, Vec<usize>)> {
     let (scene, settings) = (&engine.scene, &engine.settings);
     let mut world = World::new(&world_settings(scene, settings))?;
     let borders = borders_in(scene, state, settings.margin);
@@ -120,14 +121,15 @@ pub(super) fn with_bodies(engine: &Bullet, state: &State) -> Result<(World, Vec<
         let body = scene.body(i);
         let pieces = hull::prism(&body.footprint, body.centre_of_mass, body.height, settings.margin - border);
         let at = pose.transform_point(body.centre_of_mass);
+        let stance = stances.get(i).copied().unwrap_or_default();
         world.add_body(&BodyDef {
             mass: body.mass,
             inertia: engine.inertias[i],
             friction: body.friction,
             rolling_friction: settings.rolling_friction,
             spinning_friction: settings.spinning_friction,
-            position: [at.x, at.y, resting_height(scene, settings, i)],
-            rotation: about_vertical(pose.theta),
+            position: [at.x, at.y, resting_height(scene, settings, i) + stance.rise],
+            rotation: leaning(stance.lean, pose.theta),
             pieces: &pieces,
         })?;
         bodies.push(i);
@@ -186,6 +188,18 @@ pub(super) fn planar(motion: &Motion, centre_of_mass: Vec2) -> Pose2 {
 /// The quaternion of a turn about the vertical.
 pub(super) fn about_vertical(angle: f64) -> [f64; 4] {
     [0.0, 0.0, (angle / 2.0).sin(), (angle / 2.0).cos()]
+}
+
+/// The quaternion of a turn about the vertical, followed by a lean (see [`Stance`]).
+fn leaning(lean: [f64; 2], angle: f64) -> [f64; 4] {
+    let [_, _, sin, cos] = about_vertical(angle);
+    let lean_angle = lean[0].hypot(lean[1]);
+    if lean_angle == 0.0 {
+        return [0.0, 0.0, sin, cos];
+    }
+    let (s, w) = ((lean_angle / 2.0).sin() / lean_angle, (lean_angle / 2.0).cos());
+    let (x, y) = (lean[0] * s, lean[1] * s);
+    [x * cos + y * sin, y * cos - x * sin, w * sin, w * cos]
 }
 
 fn world_settings(scene: &Scene, settings: &BulletSettings) -> WorldSettings {
