@@ -84,8 +84,8 @@ fn every_test_named_on_the_page_exists() {
 
 #[test]
 fn unsafe_code_is_in_the_two_bindings_only() {
-    let outside = |s: &Source| s.module() != Some("ffi") && !s.path.ends_with("src/physics/bullet/ffi.rs");
-    report(&words(&["unsafe"], outside, true, "`unsafe` belongs in src/ffi and src/physics/bullet/ffi.rs only"));
+    let outside = |s: &Source| s.module() != Some("ffi") && !s.path.ends_with("src/physics/bullet/native.rs");
+    report(&words(&["unsafe"], outside, true, "`unsafe` belongs in src/ffi and src/physics/bullet/native.rs only"));
 }
 
 #[test]

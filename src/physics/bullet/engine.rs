@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::ffi;
+use super::native;
 use super::settings::BulletSettings;
 use super::world::PushWorld;
 use crate::action::Push;
@@ -38,7 +38,7 @@ impl Bullet {
 
     pub(in crate::physics) fn with_name(name: String, scene: Arc<Scene>, settings: BulletSettings) -> Result<Bullet> {
         settings.validate()?;
-        ffi::check_library()?;
+        native::check_library()?;
         let inertias = scene
             .bodies()
             .iter()

@@ -8,10 +8,10 @@ mod settings;
 #[cfg(feature = "bullet")]
 mod engine;
 #[cfg(feature = "bullet")]
-#[allow(unsafe_code)]
-mod ffi;
-#[cfg(feature = "bullet")]
 mod hull;
+#[cfg(feature = "bullet")]
+#[allow(unsafe_code)]
+mod native;
 #[cfg(feature = "bullet")]
 mod world;
 

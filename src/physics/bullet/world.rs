@@ -1,8 +1,8 @@
 //! The world of one push: built, stepped, read out, thrown away.
 
 use super::engine::{BodyDetail, Bullet};
-use super::ffi::{BodyDef, BoxDef, Motion, World, WorldSettings, ground, solver};
 use super::hull;
+use super::native::{BodyDef, BoxDef, Motion, World, WorldSettings, ground, solver};
 use super::settings::{BulletSettings, Ground, Solver};
 use crate::action::Push;
 use crate::error::Result;
