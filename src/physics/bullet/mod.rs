@@ -5,6 +5,8 @@
 
 mod settings;
 
+mod grasp;
+
 #[cfg(feature = "bullet")]
 mod engine;
 #[cfg(feature = "bullet")]
@@ -13,10 +15,13 @@ mod hull;
 #[allow(unsafe_code)]
 mod native;
 #[cfg(feature = "bullet")]
+mod trial;
+#[cfg(feature = "bullet")]
 mod world;
 
 #[cfg(feature = "bullet")]
 pub use engine::{BodyDetail, Bullet};
+pub use grasp::{GraspMotion, GraspTrial};
 pub use settings::{BulletSettings, Ground, Solver};
 
 /// Whether this build has the engine; if not, what brings it.

@@ -13,6 +13,8 @@ use crate::scene::{Mask, Scene, State};
 
 /// Neighbours may be nearer than two margins by this before their cores shrink, metres: rounding of poses.
 const NEAR: f64 = 5e-5;
+/// So heavy that bodies do not hold it back within a step, kilograms.
+const TIP_MASS: f64 = 1000.0;
 /// The number of the tip among the boxes.
 const TIP: u32 = 0;
 
@@ -37,6 +39,7 @@ impl<'a> PushWorld<'a> {
         let tip = &engine.scene.gripper().push;
         world.add_box(&BoxDef {
             half: [tip.thickness / 2.0, tip.width / 2.0, (settings.tip_top - settings.tip_bottom) / 2.0],
+            mass: TIP_MASS,
             friction: engine.scene.friction().tip,
             kinematic: i32::from(settings.kinematic_tip),
         })?;
@@ -90,25 +93,37 @@ impl<'a> PushWorld<'a> {
     /// Writes the bodies' poses into the state they came from, and how they stand. Gives the bodies that toppled. A body
     /// that came to rest where it was keeps its bits.
     pub fn read(&self, state: &mut State, details: &mut [BodyDetail]) -> Result<Mask> {
-        let settings = &self.engine.settings;
-        let mut toppled = Mask::EMPTY;
-        for (k, &i) in self.bodies.iter().enumerate() {
-            let motion = self.world.body(k)?;
-            let detail = detail(&self.engine.scene, settings, i, &motion);
-            details[i] = detail;
-            if detail.tilt > settings.topple_tilt || detail.rise.abs() > settings.climb {
-                toppled.insert(i);
-            }
-            let pose = planar(&motion, self.engine.scene.body(i).centre_of_mass);
-            let before = state.pose(i);
-            let moved = (pose.position() - before.position()).norm() > settings.rest_distance
-                || normalize_angle(pose.theta - before.theta).abs() > settings.rest_angle;
-            if moved {
-                state.set_pose(i, pose);
-            }
-        }
-        Ok(toppled)
+        read(&self.engine.scene, &self.engine.settings, &self.world, &self.bodies, None, state, details)
     }
+}
+
+/// As [`PushWorld::read`], leaving out one body.
+pub(super) fn read(
+    scene: &Scene,
+    settings: &BulletSettings,
+    world: &World,
+    bodies: &[usize],
+    except: Option<usize>,
+    state: &mut State,
+    details: &mut [BodyDetail],
+) -> Result<Mask> {
+    let mut toppled = Mask::EMPTY;
+    for (k, &i) in bodies.iter().enumerate().filter(|(_, i)| except != Some(**i)) {
+        let motion = world.body(k)?;
+        let detail = detail(scene, settings, i, &motion);
+        details[i] = detail;
+        if detail.tilt > settings.topple_tilt || detail.rise.abs() > settings.climb {
+            toppled.insert(i);
+        }
+        let pose = planar(&motion, scene.body(i).centre_of_mass);
+        let before = state.pose(i);
+        let moved = (pose.position() - before.position()).norm() > settings.rest_distance
+            || normalize_angle(pose.theta - before.theta).abs() > settings.rest_angle;
+        if moved {
+            state.set_pose(i, pose);
+        }
+    }
+    Ok(toppled)
 }
 
 /// A world with the ground and the present bodies, in the order of [`State::iter`], and their indices.
