@@ -200,15 +200,16 @@ impl Judge {
             self.truth.set_present(self.target, false);
             return Ok(Effect::Grasped);
         };
-        match result.status {
-            GraspStatus::Executed if grasp.body == self.target && result.held.iter().eq([self.target]) => {
-                self.truth = result.state;
-                Ok(Effect::Grasped)
-            }
-            // What was taken wrongly is put back where it was; nothing else is worth telling apart.
-            GraspStatus::Executed | GraspStatus::Blocked { .. } => Ok(Effect::Missed),
-            GraspStatus::Interrupted => Err(Error::Internal("the judge's engine stopped in mid grasp".into())),
+        if result.status == GraspStatus::Interrupted {
+            return Err(Error::Internal("the judge's engine stopped in mid grasp".into()));
         }
+        let taken = grasp.body == self.target && result.took(self.target);
+        // What was taken wrongly lies where the fingers let go of it. A pose in the plane cannot say how a fallen body
+        // lies: then everything is put back.
+        if taken || result.toppled.is_empty() && result.state.present() == self.truth.present() {
+            self.truth = result.state;
+        }
+        Ok(if taken { Effect::Grasped } else { Effect::Missed })
     }
 }
 
@@ -319,24 +320,24 @@ mod tests {
         let problem = row();
         // Geometry would refuse this grasp, and accept the other.
         let (beside, good) = (squeeze(&problem, [0.5, 0.06]), squeeze(&problem, [0.5, 0.0]));
-        let blocked = GraspStatus::Blocked { body: Some(1) };
-        for (status, held, grasp, wanted) in [
-            (GraspStatus::Executed, Mask(0b01), beside, Effect::Grasped),
-            (GraspStatus::Executed, Mask(0b10), good, Effect::Missed),
-            (GraspStatus::Executed, Mask(0b11), good, Effect::Missed),
-            (GraspStatus::Executed, Mask::EMPTY, good, Effect::Missed),
-            (blocked, Mask::EMPTY, good, Effect::Missed),
-            (GraspStatus::Executed, Mask(0b01), Grasp { body: 1, ..good }, Effect::Missed),
+        let executed = |held, lifted| GraspResult { held, lifted: Mask(lifted), ..GraspResult::default() };
+        let blocked = GraspResult { status: GraspStatus::Blocked { body: Some(1) }, ..GraspResult::default() };
+        for (result, grasp, wanted) in [
+            (executed(Some(0), 0b01), beside, Effect::Grasped),
+            (executed(Some(1), 0b10), good, Effect::Missed),
+            (executed(Some(0), 0b11), good, Effect::Missed),
+            (executed(None, 0b01), good, Effect::Missed),
+            (executed(None, 0), good, Effect::Missed),
+            (blocked, good, Effect::Missed),
+            (executed(Some(0), 0b01), Grasp { body: 1, ..good }, Effect::Missed),
         ] {
-            let engine = |scene| Ok(Arc::new(Claw { scene, status, held }) as Arc<dyn Transition>);
+            let engine = |scene| Ok(Arc::new(Claw { scene, result: result.clone() }) as Arc<dyn Transition>);
             let mut judge = Judge::with_engine(&problem, &JudgeOptions::default(), 0, &engine).unwrap();
-            assert_eq!(judge.execute(&Action::Grasp(grasp)).unwrap(), wanted, "{status:?} {held:?}");
+            assert_eq!(judge.execute(&Action::Grasp(grasp)).unwrap(), wanted, "{result:?}");
             assert_eq!(judge.truth().is_present(0), wanted == Effect::Missed);
         }
-        let engine = |scene| {
-            let (status, held) = (GraspStatus::Interrupted, Mask::EMPTY);
-            Ok(Arc::new(Claw { scene, status, held }) as Arc<dyn Transition>)
-        };
+        let result = GraspResult { status: GraspStatus::Interrupted, ..GraspResult::default() };
+        let engine = |scene| Ok(Arc::new(Claw { scene, result: result.clone() }) as Arc<dyn Transition>);
         let mut judge = Judge::with_engine(&problem, &JudgeOptions::default(), 0, &engine).unwrap();
         assert!(judge.execute(&Action::Grasp(good)).is_err());
     }

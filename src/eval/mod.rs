@@ -8,6 +8,8 @@
 //!
 //! Trials run one after the other: a planner uses the threads it was given.
 
+#[cfg(feature = "bullet")]
+mod calibration;
 mod closed_loop;
 mod crosscheck;
 mod fidelity;
@@ -21,6 +23,8 @@ mod suite;
 #[cfg(test)]
 mod testing;
 
+#[cfg(feature = "bullet")]
+pub use calibration::{Confusion, GraspSample, grasp_samples};
 pub use closed_loop::{ClosedLoopOptions, DEFAULT_MAX_ACTIONS, Event, Policy, run_case, run_trial};
 pub use crosscheck::{Crosscheck, CrosscheckRow, crosscheck};
 pub use fidelity::{Against, AllAgreement, Fidelity, MOVED_POSITION, MOVED_ROTATION, MovedAgreement, compare};

@@ -6,7 +6,7 @@ use crate::action::{Action, Grasp, Push};
 use crate::error::Result;
 use crate::eval::Policy;
 use crate::geom::{Pose2, Shape, vec2};
-use crate::physics::{GraspResult, GraspStatus, PushJob, PushResult, PushStatus, Scratch, Transition};
+use crate::physics::{GraspResult, PushJob, PushResult, PushStatus, Scratch, Transition};
 use crate::plan::{Control, Outcome, Plan, PlannedAction};
 use crate::run::Stop;
 use crate::scene::{BodyDef, Mask, Problem, Scene, SceneBuilder, State};
@@ -49,8 +49,7 @@ impl Transition for Slide {
 /// An engine that executes grasps, all with the same result; pushes do nothing.
 pub struct Claw {
     pub scene: Arc<Scene>,
-    pub status: GraspStatus,
-    pub held: Mask,
+    pub result: GraspResult,
 }
 
 impl Transition for Claw {
@@ -74,8 +73,10 @@ impl Transition for Claw {
 
     fn grasp(&self, _: &mut Scratch, state: &State, _: &Grasp, _: &Stop) -> Option<GraspResult> {
         let mut state = state.clone();
-        self.held.iter().for_each(|body| state.set_present(body, false));
-        Some(GraspResult { status: self.status, held: self.held, gap: 0.03, state })
+        if let Some(body) = self.result.held.filter(|&body| self.result.took(body)) {
+            state.set_present(body, false);
+        }
+        Some(GraspResult { state, ..self.result.clone() })
     }
 }
 

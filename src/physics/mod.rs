@@ -16,4 +16,4 @@ pub use options::{ENGINES, EngineInfo, EngineSettings, PhysicsOptions, Purpose, 
 pub use planar::{Planar, PlanarSettings};
 pub use prism::{Prism, PrismSettings};
 pub use rapier::{Rapier, RapierSettings};
-pub use transition::{GraspResult, GraspStatus, PushJob, PushResult, PushStatus, Scratch, Transition};
+pub use transition::{GraspResult, GraspStatus, PushJob, PushResult, PushStatus, Scratch, Stance, Transition};

@@ -59,12 +59,32 @@ pub enum GraspStatus {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct GraspResult {
     pub status: GraspStatus,
-    /// Bodies that hang between the fingers or were lifted along.
-    pub held: Mask,
+    /// The body that hangs between the pads, if one does.
+    pub held: Option<usize>,
+    /// Every body that rose with the fingers, held or not.
+    pub lifted: Mask,
     /// Distance of the pads in the end, metres.
     pub gap: f64,
-    /// The world afterwards: lifted bodies are absent, the others where the fingers left them.
+    /// The world afterwards: without the body that is held, if nothing else was lifted; else the fingers have let go.
     pub state: State,
+    /// Bodies that lean, lie or stand on others afterwards.
+    pub toppled: Mask,
+}
+
+impl GraspResult {
+    /// This body, and nothing else, was taken.
+    pub fn took(&self, body: usize) -> bool {
+        self.status == GraspStatus::Executed && self.held == Some(body) && self.lifted.iter().eq([body])
+    }
+}
+
+/// How a body stands at the start of a push: what a pose in the plane does not say. Flat on the ground by default.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Stance {
+    /// The body leans by a turn about this horizontal axis of the world frame, whose length is the angle in radians.
+    pub lean: [f64; 2],
+    /// How far the body's centre lies above where it rests when it stands flat, metres.
+    pub rise: f64,
 }
 
 /// A model of what a push does to every body, prepared for one scene.
@@ -97,6 +117,11 @@ pub trait Transition: Send + Sync {
     fn grasp(&self, scratch: &mut Scratch, state: &State, grasp: &Grasp, stop: &Stop) -> Option<GraspResult> {
         let _ = (scratch, state, grasp, stop);
         None
+    }
+
+    /// One push of bodies that stand as `stances` says (one for each body of the scene). Planar engines know no stance.
+    fn step_standing(&self, scratch: &mut Scratch, job: &PushJob<'_>, _stances: &[Stance], stop: &Stop) -> PushResult {
+        self.step(scratch, job.state, &job.push, stop)
     }
 
     /// One push on its own.
