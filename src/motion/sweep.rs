@@ -190,7 +190,7 @@ fn sweep_pair(core: &Core, other: &Core, moved: &mut Core, motion: &Motion, need
     let turn_speed = motion.turn.abs() * core.reach;
     let centre_speed = motion.by.norm() + motion.turn.abs() * core.centre.norm();
     let mut t = 0.0;
-    loop {
+    while t < limit {
         let frame = motion.at(t).frame();
         // The circles first: they move no faster than their centres.
         let apart = (frame.point(core.centre) - other.centre).norm() - core.radius - other.radius - need;
@@ -198,7 +198,8 @@ fn sweep_pair(core: &Core, other: &Core, moved: &mut Core, motion: &Motion, need
         if apart >= reach {
             return limit;
         }
-        if apart > 0.25 * reach {
+        // Steps too small to count in `t` would never end.
+        if apart > (0.25 * reach).max(0.1 * SWEEP_SLACK) {
             t += apart / centre_speed;
             continue;
         }
@@ -214,6 +215,7 @@ fn sweep_pair(core: &Core, other: &Core, moved: &mut Core, motion: &Motion, need
         }
         t += safe / closing;
     }
+    limit
 }
 
 /// Squared distance of a point from the segment that begins at `a` and extends by `d`.
