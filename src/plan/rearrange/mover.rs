@@ -4,28 +4,42 @@ use std::sync::Arc;
 
 use super::table::{Layout, Table};
 use crate::action::{Move, MoveCosts};
+use crate::error::Result;
 use crate::geom::{Frame, Pose2, normalize_angle};
-use crate::run::Stop;
-use crate::scene::Mask;
+use crate::motion::{PathLimits, PathParams, PathPlanner, PathScratch};
+use crate::run::{Key, Stop};
+use crate::scene::{Mask, Rearrangement, State};
 
 /// The table with the means to move its bodies.
 #[derive(Debug)]
 pub struct Mover {
     pub table: Table,
     pub costs: MoveCosts,
+    paths: Arc<PathPlanner>,
 }
 
 /// Working memory of one worker.
 #[derive(Debug, Default)]
-pub struct MoverScratch;
+pub struct MoverScratch {
+    paths: PathScratch,
+    /// A state in which some bodies are absent.
+    state: State,
+}
 
 /// Distance of the frames along a corridor, metres by the metric of drags.
 const CORRIDOR_STEP: f64 = 0.008;
 
 impl Mover {
+    /// Prepares the scene of a problem.
+    pub fn new(problem: &Rearrangement, paths: PathParams, costs: MoveCosts) -> Result<Mover> {
+        let table = Table::new(problem, paths.clearance);
+        let paths = PathParams { turn_weight: costs.turn, ..paths };
+        Ok(Mover { table, costs, paths: Arc::new(PathPlanner::new(Arc::clone(&problem.scene), paths)?) })
+    }
+
     /// The means for another problem on the same table.
     pub fn with_table(&self, table: Table) -> Mover {
-        Mover { table, costs: self.costs }
+        Mover { table, costs: self.costs, paths: Arc::clone(&self.paths) }
     }
 
     /// The move of `body` to `to`, a free place; `None` where no path is found.
@@ -38,7 +52,7 @@ impl Mover {
         stop: &Stop,
     ) -> Option<Move> {
         if self.table.drag_only.contains(body) {
-            let waypoints = self.path_without(scratch, layout, body, to, Mask::EMPTY, stop)?;
+            let waypoints = self.path(scratch, &layout.state, body, to, stop)?;
             return Some(Move::Drag { body, waypoints });
         }
         Some(Move::PickPlace { body, pick: layout.pose(body), place: to })
@@ -47,14 +61,33 @@ impl Mover {
     /// A path of `body` to `to` as if the bodies of `without` were not there.
     pub fn path_without(
         &self,
-        _: &mut MoverScratch,
-        _: &Layout,
-        _: usize,
-        _: Pose2,
-        _: Mask,
-        _: &Stop,
+        scratch: &mut MoverScratch,
+        layout: &Layout,
+        body: usize,
+        to: Pose2,
+        without: Mask,
+        stop: &Stop,
     ) -> Option<Arc<[Pose2]>> {
-        None
+        let mut state = std::mem::take(&mut scratch.state);
+        state.clone_from(&layout.state);
+        without.iter().filter(|&other| other != body).for_each(|other| state.set_present(other, false));
+        let path = self.path(scratch, &state, body, to, stop);
+        scratch.state = state;
+        path
+    }
+
+    fn path(
+        &self,
+        scratch: &mut MoverScratch,
+        state: &State,
+        body: usize,
+        to: Pose2,
+        stop: &Stop,
+    ) -> Option<Arc<[Pose2]>> {
+        let limits = PathLimits { iterations: None, stop: Some(stop) };
+        // One key for all: the same question has the same answer, wherever it is asked.
+        let found = self.paths.path(state, body, &state.pose(body), &to, limits, Key::new(0), &mut scratch.paths);
+        found.path().map(|path| path.waypoints.as_slice().into())
     }
 
     /// Frames along a path, close to each other.

@@ -3,6 +3,7 @@
 use super::samplers::SampleCounts;
 use crate::action::MoveCosts;
 use crate::error::{Error, Result, check_range};
+use crate::motion::PathParams;
 use crate::plan::Variant;
 use crate::run::Budget;
 use crate::search::Params;
@@ -48,8 +49,9 @@ pub struct RearrangeOptions {
     pub max_moves: Option<u32>,
     /// Greatest depth of the tree of `pmmr`; 2 N + 2 if absent. The ablation has 3.
     pub max_depth: Option<u32>,
-    /// Gap that places and drags keep from other bodies, metres. Goals are taken as they are given.
-    pub clearance: f64,
+    /// How drags are planned. Its clearance is kept by all places but goals, which are taken as they are given; its
+    /// weight of turns is that of `costs`.
+    pub paths: PathParams,
     pub costs: MoveCosts,
     pub samples: SampleCounts,
     pub reward: RearrangeReward,
@@ -69,7 +71,7 @@ impl Default for RearrangeOptions {
             seeds: 1,
             max_moves: None,
             max_depth: None,
-            clearance: 0.002,
+            paths: PathParams::default(),
             costs: MoveCosts::default(),
             samples: SampleCounts::default(),
             reward: RearrangeReward::default(),
@@ -97,7 +99,7 @@ impl RearrangeOptions {
         if let Some(depth) = self.max_depth {
             check_range("max_depth", f64::from(depth), 1.0..=1000.0)?;
         }
-        check_range("clearance", self.clearance, 0.0..=0.1)?;
+        self.paths.validate().map_err(|error| error.within("paths"))?;
         check_range("reward.body", self.reward.body, 0.0..=1e6)?;
         check_range("reward.drag_only", self.reward.drag_only, 0.0..=1e6)?;
         self.costs.validate()?;

@@ -7,7 +7,7 @@ use super::improve::{self, Candidate, Found, Limits};
 use super::mover::{Mover, MoverScratch};
 use super::options::RearrangeOptions;
 use super::outcome::{PlannedMove, RearrangePlan};
-use super::table::{Layout, Table};
+use super::table::Layout;
 use super::untangle::Worker;
 use crate::action::Move;
 use crate::error::Result;
@@ -138,7 +138,7 @@ impl RearrangePlanner {
         }
         let mover = match &self.mover {
             Some(mover) if same => mover.with_table(mover.table.from_state(&problem.start)),
-            _ => Mover { table: Table::new(problem, self.options.clearance), costs: self.options.costs },
+            _ => Mover::new(problem, self.options.paths, self.options.costs)?,
         };
         let mover = Arc::new(mover);
         self.mover = Some(Arc::clone(&mover));
