@@ -8,11 +8,13 @@
 //!
 //! Trials run one after the other: a planner uses the threads it was given.
 
+pub mod certificate;
 mod closed_loop;
 mod fidelity;
 mod holds;
 mod judge;
 mod metrics;
+mod rearrange;
 mod report;
 pub mod statistics;
 mod suite;
@@ -26,5 +28,9 @@ pub use fidelity::{
 };
 pub use judge::{Judge, JudgeOptions};
 pub use metrics::{CaseReport, Decision, Effect, Mean, Spread, Total, Trial, TrialEnd};
+pub use rearrange::{
+    REARRANGE_MAX_ACTIONS, RearrangeCase, RearrangeEnd, RearrangeReport, RearrangeTrial, RearrangeTrials,
+    rearrange_case, rearrange_suite,
+};
 pub use report::{BudgetReport, Configuration, Report, run_suite};
 pub use suite::{Refused, Suite, is_original, max_actions, needs_push, push_travel, read_problem, with_gripper};

@@ -5,6 +5,7 @@ mod options;
 mod outcome;
 mod planner;
 mod pmbs;
+pub mod rearrange;
 mod recipe;
 mod retrieval;
 

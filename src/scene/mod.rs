@@ -11,6 +11,7 @@ pub mod generate;
 mod gripper;
 mod json;
 pub mod library;
+mod rearrangement;
 mod solid;
 mod state;
 #[cfg(test)]
@@ -21,6 +22,7 @@ mod world;
 pub use body::{Body, BodyDef, MAX_BODIES};
 pub use file::SCENE_VERSION;
 pub use gripper::{Grasper, Gripper, PushTip};
+pub use rearrangement::{CONTACT_SLACK, Goal, Rearrangement};
 pub use state::{BodyPose, Mask, State};
 pub use workspace::{LeaveRule, LeaveScope, Workspace};
 pub use world::{DEFAULT_OVERLAP_TOLERANCE, Friction, Problem, Scene, SceneBuilder};
