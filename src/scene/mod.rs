@@ -16,11 +16,12 @@ mod solid;
 mod state;
 #[cfg(test)]
 pub(crate) mod testing;
+pub mod trlb;
 mod workspace;
 mod world;
 
 pub use body::{Body, BodyDef, MAX_BODIES};
-pub use file::SCENE_VERSION;
+pub use file::{AnyProblem, SCENE_VERSION};
 pub use gripper::{Grasper, Gripper, PushTip};
 pub use rearrangement::{CONTACT_SLACK, Goal, Rearrangement};
 pub use state::{BodyPose, Mask, State};
