@@ -1,5 +1,6 @@
 //! Planners of rearrangements: HBFS and PMMR (REMP, dissertation chapter 7), and `untangle`, our own.
 
+mod domain;
 mod graph;
 mod hbfs;
 mod improve;
@@ -7,6 +8,7 @@ mod mover;
 mod options;
 mod outcome;
 mod planner;
+mod pmmr;
 mod samplers;
 mod table;
 mod untangle;

@@ -2,23 +2,29 @@
 
 use std::sync::{Arc, Mutex};
 
+use super::domain::Rearrange;
 use super::hbfs;
 use super::improve::{self, Candidate, Found, Limits};
 use super::mover::{Mover, MoverScratch};
 use super::options::RearrangeOptions;
-use super::outcome::{PlannedMove, RearrangePlan};
+use super::outcome::{PlannedMove, RankedMove, RearrangePlan};
+use super::pmmr;
 use super::table::Layout;
 use super::untangle::Worker;
 use crate::action::Move;
 use crate::error::Result;
-use crate::plan::{Control, Outcome, PlanStatistics};
+use crate::plan::{Control, Outcome, PlanStatistics, Variant};
 use crate::run::{Budget, Key, Pool, Stop, StopReason};
 use crate::scene::{Rearrangement, State};
+use crate::search::Tree;
 
 /// Attempts worked at between two updates of the best plan.
 const UNTANGLE_LANES: usize = 16;
 /// Budget of `untangle` where none is given, seconds.
 const UNTANGLE_SECONDS: f64 = 1.0;
+/// Of `pmmr`: PMMR-10, and PMMR-40, the source's choice, for the published form.
+const PMMR_SECONDS: f64 = 10.0;
+const PUBLISHED_SECONDS: f64 = 40.0;
 
 /// A planner of rearrangements with its memory. Thread rule: one thread at a time; it runs its own worker threads inside
 /// a call only.
@@ -28,6 +34,7 @@ pub struct RearrangePlanner {
     mover: Option<Arc<Mover>>,
     workers: Vec<Mutex<Worker>>,
     scratches: Vec<Mutex<MoverScratch>>,
+    tree: Tree<Rearrange>,
     /// The rest of the last plan and the state it begins at.
     known: Option<(State, Vec<Move>)>,
     /// Decisions since the last reset: each has random numbers of its own.
@@ -51,6 +58,7 @@ impl RearrangePlanner {
             mover: None,
             workers: Vec::new(),
             scratches: Vec::new(),
+            tree: Tree::new(),
             known: None,
             decisions: 0,
         })
@@ -110,7 +118,8 @@ impl RearrangePlanner {
             plan.outcome = Outcome::Cancelled;
         } else {
             self.decisions += 1;
-            let found = self.search(&mover, budget, seed, &stop, control)?;
+            let (found, considered) = self.search(&mover, budget, seed, &stop, control)?;
+            plan.considered = considered;
             self.fill(&mut plan, &mover, found, &stop);
         }
         plan.statistics.seconds = stop.elapsed().as_secs_f64();
@@ -122,6 +131,8 @@ impl RearrangePlanner {
         let own = match self.options.planner.as_str() {
             _ if budget.iterations.is_some() || budget.seconds.is_some() => return budget,
             "hbfs" => return budget,
+            "pmmr" if self.options.variant == Variant::Tuned => PMMR_SECONDS,
+            "pmmr" => PUBLISHED_SECONDS,
             _ => UNTANGLE_SECONDS,
         };
         Budget { bytes: budget.bytes, ..Budget::seconds(own) }
@@ -152,11 +163,29 @@ impl RearrangePlanner {
         seed: u64,
         stop: &Stop,
         control: &Control,
-    ) -> Result<Found> {
+    ) -> Result<(Found, Vec<RankedMove>)> {
         match self.options.planner.as_str() {
-            "hbfs" => self.hbfs(mover, seed, stop),
-            _ => self.untangle(mover, budget, seed, stop, control),
+            "hbfs" => Ok((self.hbfs(mover, seed, stop)?, Vec::new())),
+            "pmmr" => {
+                let known = self.rest_of_last(mover).filter(|_| self.options.variant == Variant::Tuned);
+                let means = pmmr::Means {
+                    options: &self.options,
+                    pool: &self.pool,
+                    stop,
+                    budget,
+                    progress: control.progress.as_deref(),
+                    seed,
+                };
+                pmmr::search(&mut self.tree, mover, known, &means)
+            }
+            _ => Ok((self.untangle(mover, budget, seed, stop, control)?, Vec::new())),
         }
+    }
+
+    /// The rest of the last plan, if it begins where the bodies are.
+    fn rest_of_last(&mut self, mover: &Mover) -> Option<Vec<Move>> {
+        let start = &mover.table.problem.start;
+        self.known.take().filter(|(state, _)| state == start).map(|(_, moves)| moves)
     }
 
     fn max_moves(&self, mover: &Mover) -> u32 {
@@ -199,8 +228,7 @@ impl RearrangePlanner {
         stop: &Stop,
         control: &Control,
     ) -> Result<Found> {
-        let start = &mover.table.problem.start;
-        let known = self.known.take().filter(|(state, _)| state == start).map(|(_, moves)| moves);
+        let known = self.rest_of_last(mover);
         let limits = Limits {
             pool: &self.pool,
             stop,

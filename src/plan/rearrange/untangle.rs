@@ -177,7 +177,7 @@ impl Worker {
     }
 
     /// The graph of goals and corridors.
-    fn find_graph(&mut self, mover: &Mover, misplaced: Mask, stop: &Stop) {
+    pub fn find_graph(&mut self, mover: &Mover, misplaced: Mask, stop: &Stop) {
         let table = &mover.table;
         self.find_corridors(mover, misplaced, stop);
         self.graph.clear(table.len());
@@ -219,8 +219,7 @@ impl Worker {
         }
         if stream.chance(FROM_CIRCLE) {
             let cyclic = self.graph.cyclic();
-            let in_the_way = misplaced.iter().fold(0, |mask, body| mask | self.graph.blockers(body).0);
-            let mask = if cyclic.is_empty() || stream.chance(0.5) { Mask(in_the_way) } else { cyclic };
+            let mask = if cyclic.is_empty() || stream.chance(0.5) { self.in_the_way(misplaced) } else { cyclic };
             if !mask.is_empty() {
                 return draw(mask, stream);
             }
@@ -240,18 +239,8 @@ impl Worker {
         {
             return mover.attempt(&mut self.mover, &self.layout, body, place.pose, stop);
         }
-        self.find_places(mover, body, stream);
-        let home = table.goal_pose(body, &now).unwrap_or(now);
-        let straight = (home.position() - now.position()).norm();
         let any = stream.chance(ANY_PLACE);
-        for index in 0..self.places.len() {
-            let pose = self.places[index].1;
-            let detour =
-                (pose.position() - now.position()).norm() + (home.position() - pose.position()).norm() - straight;
-            let blocking = if any { 0.0 } else { self.blocking(mover, body, &pose, misplaced) };
-            self.places[index].0 = blocking + DETOUR * detour + NOISE * stream.unit();
-        }
-        self.places.sort_by(|a, b| a.0.total_cmp(&b.0));
+        self.rank_places(mover, body, misplaced, any, stream);
         let tried = if table.drag_only.contains(body) { PATHS } else { 1 };
         for index in 0..self.places.len().min(tried) {
             let pose = self.places[index].1;
@@ -261,6 +250,39 @@ impl Worker {
             }
         }
         None
+    }
+
+    /// Free places for `body`, the best first or, with `any`, in an order of their detours alone. The graph must have been
+    /// found.
+    pub fn rank_places(&mut self, mover: &Mover, body: usize, misplaced: Mask, any: bool, stream: &mut Stream) {
+        let table = &mover.table;
+        let now = self.layout.pose(body);
+        self.find_places(mover, body, stream);
+        let home = table.goal_pose(body, &now).unwrap_or(now);
+        let straight = (home.position() - now.position()).norm();
+        for index in 0..self.places.len() {
+            let pose = self.places[index].1;
+            let detour =
+                (pose.position() - now.position()).norm() + (home.position() - pose.position()).norm() - straight;
+            let blocking = if any { 0.0 } else { self.blocking(mover, body, &pose, misplaced) };
+            self.places[index].0 = blocking + DETOUR * detour + NOISE * stream.unit();
+        }
+        self.places.sort_by(|a, b| a.0.total_cmp(&b.0));
+    }
+
+    /// The places found last, with what each costs.
+    pub fn places(&self) -> &[(f64, Pose2)] {
+        &self.places
+    }
+
+    /// Bodies that keep a misplaced one from going home.
+    pub fn in_the_way(&self, misplaced: Mask) -> Mask {
+        Mask(misplaced.iter().fold(0, |mask, body| mask | self.graph.blockers(body).0))
+    }
+
+    /// A move of `body` in the layout as it is.
+    pub fn attempt(&mut self, mover: &Mover, body: usize, to: Pose2, stop: &Stop) -> Option<Move> {
+        mover.attempt(&mut self.mover, &self.layout, body, to, stop)
     }
 
     /// What a waiting place costs by what it would block.
