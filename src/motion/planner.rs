@@ -161,6 +161,30 @@ impl PathPlanner {
         self.world(body, &mut scratch.obstacles).advance(&Motion::new(a, b))
     }
 
+    /// Keeps the items whose poses a body may be able to reach from where it stands; what is dropped it certainly cannot.
+    /// One map of what can be reached serves all. The poses are taken to keep the clearance.
+    pub fn retain_reachable<T>(
+        &self,
+        state: &State,
+        body: usize,
+        items: &mut Vec<T>,
+        pose: impl Fn(&T) -> Pose2,
+        scratch: &mut PathScratch,
+    ) {
+        self.place(state, body, scratch);
+        let (shape, workspace) = (&self.shapes[body], self.scene.workspace());
+        let PathScratch { obstacles, reach, .. } = scratch;
+        let from = state.pose(body);
+        if !obstacles.keep_as_at(shape, self.params.clearance, [&from, &from]) {
+            items.clear();
+        } else if reach.make(shape, obstacles, workspace, &self.params, &from) {
+            items.retain(|item| {
+                let to = pose(item);
+                reach.holds(to.transform_point(shape.middle), to.theta)
+            });
+        }
+    }
+
     /// A path of a body from a pose to another among the others as they stand in `state` (where it stands itself does
     /// not matter). The straight motion if that is free; else the shorter of what RRT-Connect finds.
     pub fn path(

@@ -4,13 +4,14 @@
 //! off another's goal, towards its own goal or else at random; if there is none either, a random move. Several runs
 //! with different seeds go on in parallel, and the best of their plans is the answer.
 //!
-//! The text leaves open how far "towards its goal" is: here, to the farthest free place on the straight way there.
+//! The text leaves open how far "towards its goal" is: here, to the farthest free place on the straight way there that
+//! is off the goal in question.
 
 use super::mover::{Mover, MoverScratch};
 use super::samplers::{SampleCounts, anywhere, direct};
 use super::table::{Layout, stored};
 use crate::action::Move;
-use crate::geom::{Pose2, normalize_angle};
+use crate::geom::{Pose2, footprints_apart, normalize_angle};
 use crate::run::{Stop, Stream};
 
 /// Places tried on the straight way to a goal.
@@ -61,9 +62,14 @@ fn step(
         return best.action;
     }
     for body in misplaced.iter() {
+        let Some(goal) = table.goal_pose(body, &layout.pose(body)) else { continue };
         for other in table.goal_blockers(layout, body).iter().filter(|&other| table.movable.contains(other)) {
-            let action = towards_goal(mover, scratch, layout, other, stop)
-                .or_else(|| random(mover, samples, scratch, layout, other, stream, stop));
+            let clear = |pose: &Pose2| {
+                let (owner, frame) = (table.footprint(body), goal.frame());
+                footprints_apart(table.footprint(other), &pose.frame(), owner, &frame, table.clearance)
+            };
+            let action = towards_goal(mover, scratch, layout, other, &clear, stop)
+                .or_else(|| random(mover, samples, scratch, layout, other, &clear, stream, stop));
             best.offer(mover, action);
         }
     }
@@ -73,7 +79,7 @@ fn step(
     let bodies: Vec<usize> = table.movable.iter().collect();
     (0..RANDOM_MOVES).find_map(|_| {
         let body = *bodies.get(stream.index(bodies.len()))?;
-        random(mover, samples, scratch, layout, body, stream, stop)
+        random(mover, samples, scratch, layout, body, &|_| true, stream, stop)
     })
 }
 
@@ -95,7 +101,14 @@ impl Cheapest {
 }
 
 /// The farthest free place on the straight way to the body's goal.
-fn towards_goal(mover: &Mover, scratch: &mut MoverScratch, layout: &Layout, body: usize, stop: &Stop) -> Option<Move> {
+fn towards_goal(
+    mover: &Mover,
+    scratch: &mut MoverScratch,
+    layout: &Layout,
+    body: usize,
+    clear: &dyn Fn(&Pose2) -> bool,
+    stop: &Stop,
+) -> Option<Move> {
     let table = &mover.table;
     let now = layout.pose(body);
     if table.problem.at_goal(body, &now) {
@@ -108,24 +121,26 @@ fn towards_goal(mover: &Mover, scratch: &mut MoverScratch, layout: &Layout, body
     (1..=STEPS)
         .rev()
         .map(|step| between(f64::from(step) / f64::from(STEPS)))
-        .filter(|pose| table.is_free(layout, body, pose))
+        .filter(|pose| clear(pose) && table.is_free(layout, body, pose))
         .take(PATHS)
         .find_map(|pose| mover.attempt(scratch, layout, body, pose, stop))
 }
 
 /// A move of the body to a random free place.
+#[allow(clippy::too_many_arguments)]
 fn random(
     mover: &Mover,
     samples: &SampleCounts,
     scratch: &mut MoverScratch,
     layout: &Layout,
     body: usize,
+    clear: &dyn Fn(&Pose2) -> bool,
     stream: &mut Stream,
     stop: &Stop,
 ) -> Option<Move> {
     let table = &mover.table;
     let free = (0..samples.tries)
         .map(|_| stored(anywhere(table, body, stream)))
-        .find(|pose| table.is_free(layout, body, pose))?;
+        .find(|pose| clear(pose) && table.is_free(layout, body, pose))?;
     mover.attempt(scratch, layout, body, free, stop)
 }

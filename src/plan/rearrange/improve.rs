@@ -18,6 +18,8 @@ use crate::scene::{CONTACT_SLACK, Rearrangement, State};
 /// Batches without a better plan after which the search ends, where the plan cannot have fewer moves and where it may.
 const PATIENCE_PROVEN: u32 = 8;
 const PATIENCE: u32 = 200;
+/// The latter for a plan that an earlier decision has made and improved.
+const PATIENCE_KNOWN: u32 = 20;
 /// Chance that an attempt starts afresh although there is a plan.
 const AFRESH: f64 = 0.15;
 
@@ -82,12 +84,13 @@ pub fn search(
     let at_least = lower_bound(mover, &start);
     let mut found = Found { at_least, ..Found::default() };
     found.best.misplaced = usize::MAX;
+    let mut idle = 0;
     if let Some(moves) = known {
         found.best = candidate(mover, &start, moves);
+        idle = PATIENCE - PATIENCE_KNOWN;
     }
     let key = Key::new(limits.seed).child(2);
     let mut stream = Key::new(limits.seed).child(3).stream();
-    let mut idle = 0;
     loop {
         let left = limits.budget.iterations.map_or(u64::MAX, |most| most.saturating_sub(found.attempts));
         let count = left.min(limits.lanes as u64) as usize;

@@ -58,6 +58,19 @@ impl Mover {
         Some(Move::PickPlace { body, pick: layout.pose(body), place: to })
     }
 
+    /// Drops the places that the body certainly cannot be brought to.
+    pub fn retain_reachable(
+        &self,
+        scratch: &mut MoverScratch,
+        layout: &Layout,
+        body: usize,
+        places: &mut Vec<(f64, Pose2)>,
+    ) {
+        if self.table.drag_only.contains(body) && !places.is_empty() {
+            self.paths.retain_reachable(&layout.state, body, places, |place| place.1, &mut scratch.paths);
+        }
+    }
+
     /// A path of `body` to `to` as if the bodies of `without` were not there.
     pub fn path_without(
         &self,

@@ -175,8 +175,9 @@ impl RearrangePlanner {
                     budget,
                     progress: control.progress.as_deref(),
                     seed,
+                    max_moves: self.max_moves(mover) as usize,
                 };
-                pmmr::search(&mut self.tree, mover, known, &means)
+                pmmr::search(&mut self.tree, &mut self.workers, mover, known, &means)
             }
             _ => Ok((self.untangle(mover, budget, seed, stop, control)?, Vec::new())),
         }

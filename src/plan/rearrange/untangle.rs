@@ -321,6 +321,7 @@ impl Worker {
         let layout = &self.layout;
         let free = tiles(table, body).into_iter().filter(|pose| table.is_free(layout, body, pose));
         self.places.extend(free.map(|pose| (0.0, pose)));
+        mover.retain_reachable(&mut self.mover, &self.layout, body, &mut self.places);
     }
 }
 
