@@ -104,7 +104,8 @@ pub fn search(
         let mut tasks: Vec<Task> = (0..count as u64)
             .map(|lane| {
                 let key = key.child(found.attempts + lane);
-                task(mover, backwards.as_ref(), &found.best, &states, limits.max_moves, key, &mut stream)
+                let limits = (at_least, limits.max_moves);
+                task(mover, backwards.as_ref(), &found.best, &states, limits, key, &mut stream)
             })
             .collect();
         limits.pool.for_each_group(&mut tasks, 1, workers, |worker, tasks| {
@@ -172,7 +173,7 @@ fn task(
     backwards: Option<&Arc<Mover>>,
     best: &Candidate,
     states: &[State],
-    max_moves: usize,
+    (at_least, max_moves): (usize, usize),
     key: Key,
     stream: &mut Stream,
 ) -> Task {
@@ -184,7 +185,9 @@ fn task(
     };
     let back = backwards.is_some() && stream.chance(0.5);
     if !best.solved {
-        return whole(max_moves, back);
+        // Short attempts are soon given up, long ones find what is hard to find.
+        let more = stream.index(max_moves.saturating_sub(at_least) + 1);
+        return whole(at_least + more, back);
     }
     // A piece with as many moves may take less time.
     let fewer = usize::from(stream.chance(0.5));

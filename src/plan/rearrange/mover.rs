@@ -28,6 +28,8 @@ pub struct MoverScratch {
 
 /// Distance of the frames along a corridor, metres by the metric of drags.
 const CORRIDOR_STEP: f64 = 0.008;
+/// Iterations spent on a corridor: it is a guide, not a move.
+const CORRIDOR_ITERATIONS: u32 = 100;
 
 impl Mover {
     /// Prepares the scene of a problem.
@@ -52,7 +54,7 @@ impl Mover {
         stop: &Stop,
     ) -> Option<Move> {
         if self.table.drag_only.contains(body) {
-            let waypoints = self.path(scratch, &layout.state, body, to, stop)?;
+            let waypoints = self.path(scratch, &layout.state, body, to, None, stop)?;
             return Some(Move::Drag { body, waypoints });
         }
         Some(Move::PickPlace { body, pick: layout.pose(body), place: to })
@@ -71,7 +73,7 @@ impl Mover {
         }
     }
 
-    /// A path of `body` to `to` as if the bodies of `without` were not there.
+    /// A path of `body` to `to` as if the bodies of `without` were not there, if one is found soon.
     pub fn path_without(
         &self,
         scratch: &mut MoverScratch,
@@ -84,7 +86,7 @@ impl Mover {
         let mut state = std::mem::take(&mut scratch.state);
         state.clone_from(&layout.state);
         without.iter().filter(|&other| other != body).for_each(|other| state.set_present(other, false));
-        let path = self.path(scratch, &state, body, to, stop);
+        let path = self.path(scratch, &state, body, to, Some(CORRIDOR_ITERATIONS), stop);
         scratch.state = state;
         path
     }
@@ -95,9 +97,10 @@ impl Mover {
         state: &State,
         body: usize,
         to: Pose2,
+        iterations: Option<u32>,
         stop: &Stop,
     ) -> Option<Arc<[Pose2]>> {
-        let limits = PathLimits { iterations: None, stop: Some(stop) };
+        let limits = PathLimits { iterations, stop: Some(stop) };
         // One key for all: the same question has the same answer, wherever it is asked.
         let found = self.paths.path(state, body, &state.pose(body), &to, limits, Key::new(0), &mut scratch.paths);
         found.path().map(|path| path.waypoints.as_slice().into())

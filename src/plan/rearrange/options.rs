@@ -50,7 +50,7 @@ pub struct RearrangeOptions {
     /// Greatest depth of the tree of `pmmr`; 2 N + 2 if absent. The ablation has 3.
     pub max_depth: Option<u32>,
     /// How drags are planned. Its clearance is kept by all places but goals, which are taken as they are given; its
-    /// weight of turns is that of `costs`.
+    /// weight of turns is that of `costs`. Fewer iterations and shortcuts than for a single path: a plan asks for thousands.
     pub paths: PathParams,
     pub costs: MoveCosts,
     pub samples: SampleCounts,
@@ -71,7 +71,7 @@ impl Default for RearrangeOptions {
             seeds: 1,
             max_moves: None,
             max_depth: None,
-            paths: PathParams::default(),
+            paths: PathParams { iterations: 400, shortcuts: 12, ..PathParams::default() },
             costs: MoveCosts::default(),
             samples: SampleCounts::default(),
             reward: RearrangeReward::default(),

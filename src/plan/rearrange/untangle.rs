@@ -25,8 +25,10 @@ const NEARBY: usize = 12;
 const NEAR: (f64, f64) = (0.08, 0.6);
 /// Steps by which a drawn place is moved out of the bodies it overlaps.
 const RELAXATIONS: usize = 6;
-/// Bodies tried before an attempt is given up, and for each that is dragged, places tried by a path.
-const BODIES: usize = 6;
+/// Bodies tried before an attempt is given up; how many of them are chosen by the graph, the others being any; and for
+/// each that is dragged, places tried by a path.
+const BODIES: usize = 8;
+const CHOSEN: usize = 4;
 const PATHS: usize = 3;
 /// What a place costs: for each goal or corridor that it blocks with and without a circle, per metre of detour, and at
 /// random.
@@ -200,8 +202,9 @@ impl Worker {
     /// Moves a body out of the way; false if none was found that can be.
     fn put_aside(&mut self, mover: &Mover, misplaced: Mask, stream: &mut Stream, stop: &Stop) -> bool {
         self.find_graph(mover, misplaced, stop);
-        for _ in 0..BODIES {
-            let Some(body) = self.whom(mover, misplaced, stream) else { return false };
+        for index in 0..BODIES {
+            let any = index >= CHOSEN;
+            let Some(body) = self.whom(mover, misplaced, any, stream) else { return false };
             if let Some(action) = self.aside(mover, body, misplaced, stream, stop) {
                 self.make(action);
                 return true;
@@ -211,13 +214,13 @@ impl Worker {
     }
 
     /// Which body to put aside.
-    fn whom(&self, mover: &Mover, misplaced: Mask, stream: &mut Stream) -> Option<usize> {
+    fn whom(&self, mover: &Mover, misplaced: Mask, any: bool, stream: &mut Stream) -> Option<usize> {
         let draw = |mask: Mask, stream: &mut Stream| mask.iter().nth(stream.index(mask.count()));
-        if !self.feedback.sets.is_empty() && stream.chance(FROM_SET) {
+        if !any && !self.feedback.sets.is_empty() && stream.chance(FROM_SET) {
             let set = self.feedback.sets[stream.index(self.feedback.sets.len())];
             return draw(set, stream);
         }
-        if stream.chance(FROM_CIRCLE) {
+        if !any && stream.chance(FROM_CIRCLE) {
             let cyclic = self.graph.cyclic();
             let mask = if cyclic.is_empty() || stream.chance(0.5) { self.in_the_way(misplaced) } else { cyclic };
             if !mask.is_empty() {
