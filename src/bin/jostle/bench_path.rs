@@ -48,6 +48,9 @@ struct Report {
     mean_length: f64,
     /// For each query, what it was answered with: a length, or none.
     lengths: Vec<Option<f64>>,
+    /// For each query, the kind of answer and its median time.
+    kinds: Vec<&'static str>,
+    times_s: Vec<f64>,
 }
 
 #[derive(Default, Serialize)]
@@ -110,7 +113,7 @@ pub fn run(args: &BenchPathArgs) -> Outcome<()> {
     let params = PathParams { clearance: file.clearance, turn_weight: file.turn_weight, ..PathParams::default() };
     let mut scratch = PathScratch::new();
     let mut answers: BTreeMap<&'static str, Answer> = BTreeMap::new();
-    let (mut lengths, mut total) = (Vec::new(), 0.0);
+    let (mut lengths, mut kinds, mut times_s) = (Vec::new(), Vec::new(), Vec::new());
     for query in &file.queries {
         let mut builder = SceneBuilder::new();
         for body in &query.bodies {
@@ -132,7 +135,7 @@ pub fn run(args: &BenchPathArgs) -> Outcome<()> {
         }
         times.sort_by(f64::total_cmp);
         let time = times[times.len() / 2];
-        total += time;
+        times_s.push(time);
         let kind = match &answer {
             PathOutcome::Found(path) if path.waypoints.len() == 2 => "straight",
             PathOutcome::Found(_) => "path",
@@ -140,6 +143,7 @@ pub fn run(args: &BenchPathArgs) -> Outcome<()> {
             PathOutcome::NotFound => "not found",
             PathOutcome::Interrupted => "interrupted",
         };
+        kinds.push(kind);
         lengths.push(answer.path().map(|path| path.length));
         let entry = answers.entry(kind).or_default();
         entry.count += 1;
@@ -150,6 +154,7 @@ pub fn run(args: &BenchPathArgs) -> Outcome<()> {
         answer.median_us = answer.times[answer.times.len() / 2];
         answer.max_us = answer.times.last().copied().unwrap_or_default();
     }
+    let total: f64 = times_s.iter().sum();
     let found: Vec<f64> = lengths.iter().flatten().copied().collect();
     let report = Report {
         version: env!("CARGO_PKG_VERSION"),
@@ -160,6 +165,8 @@ pub fn run(args: &BenchPathArgs) -> Outcome<()> {
         mean_length: found.iter().sum::<f64>() / found.len().max(1) as f64,
         answers,
         lengths,
+        kinds,
+        times_s,
     };
     let mut text = format!("{} queries: {:.0} a second\n", report.queries, report.queries_per_second);
     for (kind, answer) in &report.answers {
