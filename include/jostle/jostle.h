@@ -278,6 +278,21 @@ typedef struct jostle_workspace {
   uint32_t reserved;
 } jostle_workspace;
 
+/// Where a body is wanted.
+typedef struct jostle_goal {
+  /// Set by jostle_goal_default().
+  uint32_t struct_size;
+  /// Turns about the body's origin that look the same: 1 (the default) none, 2 half a turn, 4 a square's, 0 any. A
+  /// disc about its origin counts as 0 whatever is given.
+  uint32_t symmetry;
+  /// Of the body's frame in the world.
+  struct jostle_pose2 pose;
+  /// A body whose origin is at most this far from the goal's is there, metres: 5 mm by default.
+  double position_tolerance;
+  /// And whose heading differs by at most this, radians: 3 degrees by default.
+  double rotation_tolerance;
+} jostle_goal;
+
 /// How far a decision is.
 typedef struct jostle_progress {
   /// Set by jostle_progress_default().
@@ -1011,6 +1026,42 @@ jostle_status jostle_scene_get_friction(const struct jostle_scene *scene,
 /// Errors: ARGUMENT (not finite, out of 0..0.05), HANDLE, BUSY, POISONED.
 jostle_status jostle_scene_set_overlap_tolerance(struct jostle_scene *scene, double metres);
 
+/// Sets every field to its default; `size` is sizeof(jostle_goal) as the caller was compiled. jostle_goal_default() in
+/// this header does it for you.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: the caller.
+/// Errors: ARGUMENT (null, a size that no version has).
+jostle_status jostle_goal_init(struct jostle_goal *goal,
+                               size_t size);
+
+/// Says where a body is wanted; planners of rearrangements bring it there. Whether the goals fit each other is checked
+/// when a planner is given the scene. A body without a goal may end anywhere.
+///
+/// Thread: exclusive use of scene.
+/// RT: no.
+/// Nullable: goal (takes the body's goal away).
+/// Owns: `goal` is copied.
+/// Errors: ARGUMENT (null, zero body, a field of goal: the message names it), HANDLE, BUSY, NOT_FOUND, POISONED, ABI.
+/// On failure the scene is unchanged.
+jostle_status jostle_scene_set_goal(struct jostle_scene *scene,
+                                    struct jostle_body body,
+                                    const struct jostle_goal *goal);
+
+/// Where a body is wanted.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: the caller; goal->struct_size says how much is written.
+/// Errors: ARGUMENT (null, zero body, goal not initialised), HANDLE, BUSY, NOT_FOUND (the body, or it has no goal),
+/// POISONED.
+jostle_status jostle_scene_get_goal(const struct jostle_scene *scene,
+                                    struct jostle_body body,
+                                    struct jostle_goal *goal);
+
 /// Reads a problem's file (JSON, see docs/scene-format.md): the scene, and the body to retrieve. Of a rearrangement, the
 /// scene with its goals, and zero.
 ///
@@ -1590,6 +1641,13 @@ static inline jostle_gripper jostle_gripper_default(void) {
 static inline jostle_workspace jostle_workspace_default(void) {
     jostle_workspace value;
     jostle_workspace_init(&value, sizeof value);
+    return value;
+}
+
+/// All defaults, with the size that this header knows.
+static inline jostle_goal jostle_goal_default(void) {
+    jostle_goal value;
+    jostle_goal_init(&value, sizeof value);
     return value;
 }
 

@@ -1,6 +1,6 @@
 //! Goals of a scene's bodies: what makes it a rearrangement.
 
-use super::abi::{Sized32, init_sized, jostle_body, jostle_pose2, pose, read_sized, write_sized};
+use super::abi::{Sized32, init_sized, jostle_body, jostle_pose2, out, pose, read_sized, write_sized};
 use super::guard::guard;
 use super::scene::{jostle_scene, with, with_mut};
 use super::status::{Failure, JOSTLE_ERROR_NOT_FOUND, jostle_status};
@@ -109,6 +109,8 @@ pub unsafe extern "C" fn jostle_scene_get_goal(
     goal: *mut jostle_goal,
 ) -> jostle_status {
     with("jostle_scene_get_goal", scene, |content| {
+        // SAFETY: the caller promises a writable place.
+        unsafe { out(goal, "goal") }?;
         let index = content.index(body, "body")?;
         let known = content.goals[index]
             .as_ref()
