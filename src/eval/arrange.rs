@@ -42,9 +42,9 @@ impl ArrangeLevel {
 
     pub fn params(self) -> ArrangeParams {
         let (bodies, fill) = match self {
-            ArrangeLevel::Easy => (4..=5, [0.25, 0.35]),
-            ArrangeLevel::Normal => (5..=7, [0.35, 0.45]),
-            ArrangeLevel::Hard => (6..=8, [0.40, 0.50]),
+            ArrangeLevel::Easy => (4..=6, [0.12, 0.20]),
+            ArrangeLevel::Normal => (5..=7, [0.21, 0.26]),
+            ArrangeLevel::Hard => (6..=8, [0.27, 0.33]),
         };
         ArrangeParams { bodies, fill, ..ArrangeParams::default() }
     }
@@ -75,7 +75,7 @@ impl Default for ArrangeParams {
     fn default() -> Self {
         Self {
             bodies: 5..=7,
-            fill: [0.35, 0.45],
+            fill: [0.21, 0.26],
             table: [0.78, 0.52],
             side: [0.04, 0.25],
             drag_above: 0.12,

@@ -125,6 +125,8 @@ pub(super) struct Connect {
     from_goal: Tree,
     pub path: Vec<Pose2>,
     spare: Vec<Pose2>,
+    /// A way that the grid shows: from the start to the goal, free or nearly.
+    pub way: Vec<Pose2>,
 }
 
 impl Connect {
@@ -132,6 +134,34 @@ impl Connect {
         self.from_start.start(from);
         self.from_goal.start(to);
         self.path.clear();
+        self.way.clear();
+    }
+
+    /// Follows the grid's way with as few motions as will do. `false` where one of its steps is not free.
+    pub fn follow_way(&mut self, world: &mut World, from: Pose2, to: Pose2) -> bool {
+        self.way.insert(0, from);
+        self.way.push(to);
+        let last = self.way.len() - 1;
+        self.path.clear();
+        self.path.push(from);
+        let mut at = 0;
+        while at < last {
+            let mut step = 0;
+            loop {
+                let wider = (at + (2 * step).max(1)).min(last) - at;
+                if wider == step || !world.is_free(&self.way[at], &self.way[at + wider]) {
+                    break;
+                }
+                step = wider;
+            }
+            if step == 0 {
+                self.path.clear();
+                return false;
+            }
+            at += step;
+            self.path.push(self.way[at]);
+        }
+        true
     }
 
     /// Goes on for some iterations. Samples are drawn where the grid says the start can be brought to, if it was made.
@@ -154,7 +184,10 @@ impl Connect {
             } else {
                 (&mut self.from_goal, &mut self.from_start)
             };
-            let sample = sample(world, reach, random);
+            let sample = match reach {
+                Some(reach) if !self.way.is_empty() && random.chance(0.7) => near_way(&self.way, reach, random),
+                _ => sample(world, reach, random),
+            };
             let near = a.nearest(&sample, weight);
             let from = a.nodes[near].pose;
             let mut motion = Motion::new(&from, &sample);
@@ -235,6 +268,17 @@ impl Connect {
             at += 1;
         }
     }
+}
+
+/// A pose about a way that the grid shows.
+fn near_way(way: &[Pose2], reach: &Reach, random: &mut Stream) -> Pose2 {
+    let at = way[random.index(way.len())];
+    let (metres, radians) = reach.spread();
+    Pose2::new(
+        at.x + random.uniform(-metres, metres),
+        at.y + random.uniform(-metres, metres),
+        normalize_angle(at.theta + random.uniform(-radians, radians)),
+    )
 }
 
 /// A pose with the shape's middle anywhere in the workspace.

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use super::connect::{Connect, Ended, World};
 use super::params::{MIN_CLEARANCE, PathParams, SWEEP_SLACK};
-use super::reach::Reach;
+use super::reach::{Cells, Reach};
 use super::shape::MovingShape;
 use super::sweep::{Motion, Obstacles, is_inside};
 use crate::error::Result;
@@ -61,6 +61,7 @@ pub struct PathScratch {
     obstacles: Obstacles,
     connect: Connect,
     reach: Reach,
+    guide: Reach,
 }
 
 impl PathScratch {
@@ -234,7 +235,7 @@ impl PathPlanner {
         scratch: &mut PathScratch,
     ) -> PathOutcome {
         let (shape, workspace) = (&self.shapes[body], self.scene.workspace());
-        let PathScratch { obstacles, connect, reach } = scratch;
+        let PathScratch { obstacles, connect, reach, guide } = scratch;
         let normal = |p: &Pose2| Pose2::new(p.x, p.y, normalize_angle(p.theta));
         let (from, to) = (&normal(from), &normal(to));
         if !from.is_finite()
@@ -257,9 +258,17 @@ impl PathPlanner {
             if stop.is_some_and(Stop::requested) {
                 return PathOutcome::Interrupted;
             }
-            let known = reach.make(shape, world.obstacles, workspace, &self.params, from);
+            let known = reach.make(Cells::NotBlocked, shape, world.obstacles, workspace, &self.params, from);
             if known && !reach.holds(to.transform_point(shape.middle), to.theta) {
                 return PathOutcome::Enclosed;
+            }
+            if iterations > quick
+                && guide.make(Cells::FreeMiddle, shape, world.obstacles, workspace, &self.params, from)
+                && guide.trace(shape, from, to, &mut connect.way)
+                && connect.follow_way(&mut world, *from, *to)
+            {
+                connect.shorten(&mut world, &mut random);
+                return self.found(&connect.path);
             }
             ended = connect.search(&mut world, iterations - quick, known.then_some(reach), stop, &mut random);
         }

@@ -6,13 +6,16 @@
 //! within the cell, less the gap to keep. The set of such middles is the Minkowski difference of the pieces (Lozano-
 //! Perez 1983) with its edges moved inwards: convex, and filled row by row. A path that is free runs through cells
 //! that are not blocked, neighbours by a face; so if the goal's cell is not in the start's component, there is none.
+//!
+//! The same bitmap of the cells whose middle is free has no certainty, but shows the way through narrow places: the
+//! shortest way from cell to cell is the middle of a corridor, in which samples are worth most.
 
 use std::f64::consts::{PI, TAU};
 
 use super::params::{EDGE_TOLERANCE, PathParams, SWEEP_SLACK};
 use super::shape::{Core, MovingShape};
 use super::sweep::Obstacles;
-use crate::geom::{Frame, Pose2, Vec2, vec2};
+use crate::geom::{Frame, Pose2, Vec2, normalize_angle, vec2};
 use crate::scene::Workspace;
 
 /// Corners of the polygon within a disc that stands for it.
@@ -31,11 +34,22 @@ pub(super) struct Reach {
     open: Vec<u64>,
     /// Bit set: connected with the start.
     seen: Vec<u64>,
+    /// For each cell, the direction that a search first came to it by, from 1; 0 for none.
+    came: Vec<u8>,
     queue: Vec<u32>,
     queued: Vec<bool>,
     moved: Core,
     polygon: Core,
     lines: Vec<Line>,
+}
+
+/// Which cells are open.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Cells {
+    /// All that are not certainly blocked.
+    NotBlocked,
+    /// Those whose middle is free.
+    FreeMiddle,
 }
 
 /// The half-plane x * nx + y * ny <= c, in the grid's units, as a bound of x in a row.
@@ -49,9 +63,11 @@ struct Line {
 
 impl Reach {
     /// Makes the bitmap for one body and floods it from a pose. `needs` of the obstacles are obeyed.
-    /// `false` where the start's own cell is blocked, which only rounding could do: then nothing is known.
+    /// `false` where the start's own cell is not open, which of cells that are not blocked only rounding could do: then
+    /// nothing is known.
     pub fn make(
         &mut self,
+        cells: Cells,
         shape: &MovingShape,
         obstacles: &Obstacles,
         workspace: &Workspace,
@@ -60,19 +76,27 @@ impl Reach {
     ) -> bool {
         self.size(shape, workspace, params);
         let half_layer = PI / self.layers as f64;
-        let displacement = self.cell * 0.5f64.sqrt() + shape.middle_radius * half_layer;
+        let (displacement, slack) = match cells {
+            Cells::NotBlocked => {
+                let displacement = self.cell * 0.5f64.sqrt() + shape.middle_radius * half_layer;
+                (displacement + EDGE_TOLERANCE, SWEEP_SLACK)
+            }
+            Cells::FreeMiddle => (0.0, 0.0),
+        };
         self.open.fill(0);
         for layer in 0..self.layers {
             let heading = layer as f64 * TAU / self.layers as f64;
             // The shape about its middle.
             let mut frame = Pose2::new(0.0, 0.0, heading).frame();
             frame.origin = -frame.vector(shape.middle);
-            self.open_inside(shape, workspace, &frame, displacement + EDGE_TOLERANCE, layer);
+            self.open_inside(shape, workspace, &frame, displacement, layer);
             for core in &shape.cores {
                 let mut moved = std::mem::take(&mut self.moved);
                 polygon_of(core, &frame, &mut moved);
                 for (others, need) in obstacles.bodies() {
-                    let erosion = (displacement + SWEEP_SLACK + EDGE_TOLERANCE - need).max(0.0);
+                    // Outwards the edges may only move where no certainty is asked for: corners would have to be round.
+                    let erosion = displacement + slack - need;
+                    let erosion = if cells == Cells::NotBlocked { erosion.max(0.0) } else { erosion };
                     for other in others {
                         self.block(&moved, other, erosion, layer);
                     }
@@ -80,7 +104,14 @@ impl Reach {
                 self.moved = moved;
             }
         }
-        self.flood(shape, from)
+        let place = match cells {
+            // Nothing but the start's own cell gives certainty.
+            Cells::NotBlocked => self
+                .place_of(from.transform_point(shape.middle), from.theta)
+                .filter(|&(row, column)| self.is_open(row, column)),
+            Cells::FreeMiddle => self.open_near(shape, from),
+        };
+        place.is_some_and(|place| self.flood(place))
     }
 
     /// Chooses the grid: cells as asked, and as many layers as make a turn by one move a point no farther than a cell.
@@ -190,15 +221,10 @@ impl Reach {
     }
 
     /// Finds what is connected with the start by faces of open cells.
-    fn flood(&mut self, shape: &MovingShape, from: &Pose2) -> bool {
+    fn flood(&mut self, (row, column): (usize, usize)) -> bool {
         self.seen.fill(0);
         self.queue.clear();
-        let Some((row, column)) = self.place_of(from.transform_point(shape.middle), from.theta) else { return false };
-        let (word, bit) = (row * self.words + column / 64, 1u64 << (column % 64));
-        if self.open[word] & bit == 0 {
-            return false;
-        }
-        self.seen[word] = bit;
+        self.seen[row * self.words + column / 64] = 1u64 << (column % 64);
         self.queue.push(row as u32);
         self.queued[row] = true;
         let total = self.layers * self.rows;
@@ -229,6 +255,104 @@ impl Reach {
             }
         }
         true
+    }
+
+    fn is_open(&self, row: usize, column: usize) -> bool {
+        self.open[row * self.words + column / 64] >> (column % 64) & 1 == 1
+    }
+
+    /// The cell of a pose, or an open one next to it.
+    fn open_near(&self, shape: &MovingShape, pose: &Pose2) -> Option<(usize, usize)> {
+        let (at, column) = self.place_of(pose.transform_point(shape.middle), pose.theta)?;
+        if self.is_open(at, column) {
+            return Some((at, column));
+        }
+        let (layer, row) = (at / self.rows, at % self.rows);
+        let mut best: Option<(usize, (usize, usize))> = None;
+        for turn in 0..5 {
+            let layer = (layer + self.layers + turn - 2) % self.layers;
+            for row in row.saturating_sub(2)..(row + 3).min(self.rows) {
+                for near in column.saturating_sub(2)..(column + 3).min(self.columns) {
+                    let place = layer * self.rows + row;
+                    let away = turn.abs_diff(2) + row.abs_diff(at % self.rows) + near.abs_diff(column);
+                    if best.is_none_or(|(least, _)| away < least) && self.is_open(place, near) {
+                        best = Some((away, (place, near)));
+                    }
+                }
+            }
+        }
+        best.map(|(_, place)| place)
+    }
+
+    /// The poses of the middles of the cells on a shortest way through open cells, from a pose to another. `false` where
+    /// there is none.
+    pub fn trace(&mut self, shape: &MovingShape, from: &Pose2, to: &Pose2, way: &mut Vec<Pose2>) -> bool {
+        way.clear();
+        let (Some(start), Some(goal)) = (self.open_near(shape, from), self.open_near(shape, to)) else { return false };
+        let (columns, rows) = (self.columns, self.rows);
+        let total = self.layers * rows * columns;
+        let cell = |(row, column): (usize, usize)| row * columns + column;
+        // From the goal, so that the way is read off from the start.
+        self.came.clear();
+        self.came.resize(total, 0);
+        self.queue.clear();
+        self.queue.push(cell(goal) as u32);
+        self.came[cell(goal)] = 7;
+        let layer_cells = rows * columns;
+        let next = |at: usize, direction: u8| -> Option<usize> {
+            let (row, column) = (at / columns % rows, at % columns);
+            match direction {
+                1 => (column > 0).then(|| at - 1),
+                2 => (column + 1 < columns).then_some(at + 1),
+                3 => (row > 0).then(|| at - columns),
+                4 => (row + 1 < rows).then_some(at + columns),
+                5 => Some((at + total - layer_cells) % total),
+                _ => Some((at + layer_cells) % total),
+            }
+        };
+        let mut head = 0;
+        while head < self.queue.len() && self.came[cell(start)] == 0 {
+            let at = self.queue[head] as usize;
+            head += 1;
+            for direction in 1..=6 {
+                let Some(to) = next(at, direction) else { continue };
+                if self.came[to] == 0 && self.is_open(to / columns, to % columns) {
+                    self.came[to] = direction;
+                    self.queue.push(to as u32);
+                }
+            }
+        }
+        let mut at = cell(start);
+        if self.came[at] == 0 {
+            return false;
+        }
+        loop {
+            way.push(self.pose_of(shape, at / columns, at % columns));
+            let direction = self.came[at];
+            if direction == 7 {
+                return true;
+            }
+            // Back against the direction that it was come to by.
+            let back = if direction % 2 == 1 { direction + 1 } else { direction - 1 };
+            match next(at, back) {
+                Some(before) => at = before,
+                None => return false,
+            }
+        }
+    }
+
+    /// The pose of a cell's middle.
+    fn pose_of(&self, shape: &MovingShape, at: usize, column: usize) -> Pose2 {
+        let (layer, row) = (at / self.rows, at % self.rows);
+        let theta = normalize_angle(layer as f64 * TAU / self.layers as f64);
+        let middle = self.origin + vec2(column as f64 + 0.5, row as f64 + 0.5) * self.cell;
+        let origin = middle - Pose2::new(0.0, 0.0, theta).frame().vector(shape.middle);
+        Pose2::at(origin, theta)
+    }
+
+    /// How far a sample may lie from a way's poses: metres each way, and radians.
+    pub fn spread(&self) -> (f64, f64) {
+        (1.5 * self.cell, 1.5 * TAU / self.layers as f64)
     }
 
     /// The row (with its layer) and column of a place of the shape's middle.

@@ -209,6 +209,16 @@ fn a_thin_wall_is_not_jumped_over() {
 }
 
 #[test]
+fn a_slot_is_passed_by_turning() {
+    for slot in [0.04, 0.05, 0.08] {
+        let (outcome, planner, state) = through(slot, Shape::rectangle(0.12, 0.03));
+        let path = outcome.path().unwrap_or_else(|| panic!("{slot}: {outcome:?}"));
+        assert!(path.waypoints.len() > 2);
+        check_path(planner.scene(), &state, 0, &path.waypoints, 0.0019 - 1e-6).unwrap();
+    }
+}
+
+#[test]
 fn a_slot_too_narrow_for_the_body_however_it_turns_is_certainly_no_way() {
     assert_eq!(through(0.025, Shape::rectangle(0.12, 0.06)).0, PathOutcome::Enclosed);
 }

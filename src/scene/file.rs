@@ -445,6 +445,21 @@ pub enum AnyProblem {
 }
 
 impl AnyProblem {
+    /// Reads a scene file. A file that gives no name is named after itself.
+    pub fn read(path: impl AsRef<Path>) -> Result<AnyProblem> {
+        let path = path.as_ref();
+        let text = std::fs::read_to_string(path).map_err(|e| Error::io(path, e))?;
+        let mut problem = AnyProblem::from_json(&text).map_err(|e| Error::format(path, e))?;
+        let name = match &mut problem {
+            AnyProblem::Retrieval(problem) => &mut problem.name,
+            AnyProblem::Rearrangement(problem) => &mut problem.name,
+        };
+        if name.is_empty() {
+            *name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+        }
+        Ok(problem)
+    }
+
     /// Reads the text of a scene file: a rearrangement if a body has a goal, else a retrieval problem.
     pub fn from_json(text: &str) -> Result<AnyProblem> {
         let file = checked(text)?;

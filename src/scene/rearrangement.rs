@@ -74,7 +74,8 @@ impl Goal {
             && normalize_angle(pose.theta - nearest.theta).abs() <= self.rotation_tolerance
     }
 
-    fn validate(&self) -> Result<()> {
+    /// Refuses numbers that cannot be used, by the field's name.
+    pub fn validate(&self) -> Result<()> {
         if !self.pose.is_finite() {
             return Err(Error::argument("pose", "is not finite"));
         }
