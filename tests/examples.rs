@@ -23,6 +23,15 @@ fn retrieve_gets_the_target_the_same_way_every_time() {
 }
 
 #[test]
+fn rearrange_brings_every_body_to_its_goal_the_same_way_every_time() {
+    let shared = told("examples_c/rearrange.c", "rearrange", Link::Shared);
+    assert!(shared.ends_with("arranged\n") && !shared.contains("not arranged"), "{shared}");
+    // The exchange takes three picks, the tray at least one drag.
+    assert!(shared.matches("  pick  ").count() == 3 && shared.matches("  drag  tray").count() >= 1, "{shared}");
+    assert_eq!(shared, told("examples_c/rearrange.c", "rearrange", Link::Static));
+}
+
+#[test]
 fn async_cancel_stops_in_time() {
     for link in [Link::Shared, Link::Static] {
         let text = told("examples_c/async_cancel.c", "async_cancel", link);

@@ -8,6 +8,8 @@
 //!
 //! Trials run one after the other: a planner uses the threads it was given.
 
+pub mod arrange;
+pub mod certificate;
 #[cfg(feature = "bullet")]
 mod calibration;
 mod closed_loop;
@@ -16,6 +18,7 @@ mod fidelity;
 mod holds;
 mod judge;
 mod metrics;
+mod rearrange;
 mod recording;
 mod report;
 pub mod statistics;
@@ -30,6 +33,10 @@ pub use crosscheck::{Crosscheck, CrosscheckRow, crosscheck};
 pub use fidelity::{Against, AllAgreement, Fidelity, MOVED_POSITION, MOVED_ROTATION, MovedAgreement, compare};
 pub use judge::{Judge, JudgeOptions};
 pub use metrics::{CaseReport, Decision, Effect, Mean, Spread, Total, Trial, TrialEnd};
+pub use rearrange::{
+    REARRANGE_MAX_ACTIONS, RearrangeCase, RearrangeEnd, RearrangeReport, RearrangeTrial, RearrangeTrials,
+    rearrange_case, rearrange_suite,
+};
 pub use recording::{
     RecordParams, RecordedShape, RecordedTip, Recording, read as read_recordings, record, to_lines as recording_lines,
 };
