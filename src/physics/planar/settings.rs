@@ -58,7 +58,7 @@ impl PlanarSettings {
         Self {
             step_length,
             sweeps: 40,
-            sweeps_per_contact: 1.0,
+            sweeps_per_contact: 2.0,
             tolerance: 0.03,
             compliance: 0.5,
             least_slope: 0.2,
