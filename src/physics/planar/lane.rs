@@ -141,7 +141,6 @@ impl Lane {
                 let chain = (settings.sweeps_per_contact * self.contacts.len() as f64) as usize;
                 *cursor = Cursor {
                     at: 0,
-                    stride: 1,
                     len: self.contacts.len(),
                     sweeps: 0,
                     most_sweeps: settings.sweeps.max(chain),

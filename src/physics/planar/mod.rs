@@ -3,7 +3,7 @@
 mod lane;
 mod model;
 mod settings;
-pub mod sweep;
+mod sweep;
 mod trig;
 
 use std::sync::Arc;

@@ -58,7 +58,7 @@ impl PlanarSettings {
         Self {
             step_length,
             sweeps: 40,
-            sweeps_per_contact: 1.0,
+            sweeps_per_contact: 2.0,
             tolerance: 0.03,
             compliance: 0.5,
             least_slope: 0.2,
@@ -73,9 +73,9 @@ impl PlanarSettings {
         }
     }
 
-    /// Steps of 4 mm: for search.
+    /// Steps of 6 mm, solved coarsely: for search.
     pub fn fast() -> Self {
-        Self::with_step(0.004)
+        Self { tolerance: 0.05, compliance: 0.8, clean_up_steps: 1, ..Self::with_step(0.006) }
     }
 
     /// Steps of 2 mm: for judging.

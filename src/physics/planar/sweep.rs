@@ -53,8 +53,6 @@ pub type Impulse = [f32; 4];
 pub struct Cursor {
     /// The next contact.
     pub at: usize,
-    /// 1, or 0 for a lane that has nothing to do.
-    pub stride: usize,
     /// Contacts of the list; 0 for a lane that has nothing to do.
     pub len: usize,
     pub sweeps: usize,
@@ -78,30 +76,23 @@ pub fn sweep<S: Simd8>(
     changes: &mut [[f32; LANES]; 2],
     impulses: &mut [Impulse; SLOTS],
 ) -> u32 {
+    if cursors.iter().all(|cursor| cursor.len == 0) {
+        return 0;
+    }
     let mut at: [usize; PUSHES] = std::array::from_fn(|l| cursors[l].at);
-    loop {
-        // Nobody's list ends before this many ticks.
-        let mut ticks = usize::MAX;
-        for l in 0..PUSHES {
-            // A lane without a list waits at its only record.
-            let left = if cursors[l].len > 0 { cursors[l].len - at[l] } else { usize::MAX };
-            ticks = ticks.min(left);
-        }
-        if ticks == usize::MAX {
-            return 0;
-        }
-        let mut greatest = [s.load(&changes[0]), s.load(&changes[1])];
-        for _ in 0..ticks {
-            greatest = tick(s, constants, lists, &at, impulses, greatest);
-            for l in 0..PUSHES {
-                at[l] += cursors[l].stride;
-            }
-        }
+    let len: [usize; PUSHES] = std::array::from_fn(|l| cursors[l].len);
+    let mut finished = 0;
+    while finished == 0 {
+        let greatest = [s.load(&changes[0]), s.load(&changes[1])];
+        let greatest = tick(s, constants, lists, &at, impulses, greatest);
         *changes = [s.store(greatest[0]), s.store(greatest[1])];
-        let mut finished = 0;
-        for (l, cursor) in cursors.iter_mut().enumerate() {
-            if at[l] == cursor.len && cursor.len > 0 {
+        for l in 0..PUSHES {
+            // A lane without a list stays at its only record.
+            let next = at[l] + 1;
+            at[l] = if len[l] > 0 { next } else { 0 };
+            if next == len[l] {
                 at[l] = 0;
+                let cursor = &mut cursors[l];
                 cursor.sweeps += 1;
                 let change = &mut changes[l / LANES][l % LANES];
                 if *change <= cursor.tolerance || cursor.sweeps >= cursor.most_sweeps {
@@ -110,13 +101,11 @@ pub fn sweep<S: Simd8>(
                 *change = 0.0;
             }
         }
-        if finished != 0 {
-            for (cursor, at) in cursors.iter_mut().zip(at) {
-                cursor.at = at;
-            }
-            return finished;
-        }
     }
+    for (cursor, at) in cursors.iter_mut().zip(at) {
+        cursor.at = at;
+    }
+    finished
 }
 
 /// One contact of every lane.
@@ -129,24 +118,44 @@ fn tick<S: Simd8>(
     impulses: &mut [Impulse; SLOTS],
     greatest: [S::F; 2],
 ) -> [S::F; 2] {
-    let mut slots = [(0, 0); PUSHES];
-    let mut rows = [[[[0.0; 4]; LANES]; 6]; 2];
-    for l in 0..PUSHES {
-        let record = &lists[l][at[l]];
-        slots[l] = record.slots();
-        let rows = &mut rows[l / LANES];
-        for (rows, row) in rows.iter_mut().zip(&record.0) {
-            rows[l % LANES] = *row;
-        }
-        rows[4][l % LANES] = impulses[slots[l].0];
-        rows[5][l % LANES] = impulses[slots[l].1];
-    }
-    let [nx, ny, turn_an, turn_at] = columns(simd, &rows, 0);
-    let [turn_bn, turn_bt, root_a, root_b] = columns(simd, &rows, 1);
-    let [want_n, want_t, friction, _] = columns(simd, &rows, 2);
-    let [old_n, old_t, mark0, mark1] = columns(simd, &rows, 3);
-    let pa = columns(simd, &rows, 4);
-    let pb = columns(simd, &rows, 5);
+    let records: [&Record; PUSHES] = every(
+        #[inline(always)]
+        |l| &lists[l][at[l]],
+    );
+    let slots: [(usize, usize); PUSHES] = every(
+        #[inline(always)]
+        |l| records[l].slots(),
+    );
+    let [nx, ny, turn_an, turn_at] = columns(
+        simd,
+        #[inline(always)]
+        |l| records[l].0[0],
+    );
+    let [turn_bn, turn_bt, root_a, root_b] = columns(
+        simd,
+        #[inline(always)]
+        |l| records[l].0[1],
+    );
+    let [want_n, want_t, friction, _] = columns(
+        simd,
+        #[inline(always)]
+        |l| records[l].0[2],
+    );
+    let [old_n, old_t, mark0, mark1] = columns(
+        simd,
+        #[inline(always)]
+        |l| records[l].0[3],
+    );
+    let pa = columns(
+        simd,
+        #[inline(always)]
+        |l| impulses[slots[l].0],
+    );
+    let pb = columns(
+        simd,
+        #[inline(always)]
+        |l| impulses[slots[l].1],
+    );
 
     let s = Twice(simd);
     let zero = s.splat(0.0);
@@ -181,19 +190,31 @@ fn tick<S: Simd8>(
     let new_a = back(simd, [s.sub(pa[0], s.mul(fx, root_a)), s.sub(pa[1], s.mul(fy, root_a)), s.sub(pa[2], za), pa[3]]);
     let new_b = back(simd, [s.add(pb[0], s.mul(fx, root_b)), s.add(pb[1], s.mul(fy, root_b)), s.add(pb[2], zb), pb[3]]);
     let kept = back(simd, [new_n, new_t, mark0, mark1]);
-    for l in 0..PUSHES {
-        let (group, lane) = (l / LANES, l % LANES);
-        impulses[slots[l].0] = new_a[group][lane];
-        impulses[slots[l].1] = new_b[group][lane];
-        lists[l][at[l]].0[3] = kept[group][lane];
+    // Written out, so that the numbers go from registers to their places.
+    macro_rules! write_back {
+        ($($l:literal)*) => {$(
+            impulses[slots[$l].0] = new_a[$l / LANES][$l % LANES];
+            impulses[slots[$l].1] = new_b[$l / LANES][$l % LANES];
+            lists[$l][at[$l]].0[3] = kept[$l / LANES][$l % LANES];
+        )*};
     }
+    write_back!(0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15);
     s.max(s.max(s.abs(dn), s.abs(dt)), greatest)
 }
 
-/// The columns of row `k` of both groups of lanes.
+/// What `of` gives for every lane, without a detour through memory.
 #[inline(always)]
-fn columns<S: Simd8>(s: S, rows: &[[[[f32; 4]; LANES]; 6]; 2], k: usize) -> [[S::F; 2]; 4] {
-    let (a, b) = (s.columns(rows[0][k]), s.columns(rows[1][k]));
+fn every<T>(of: impl Fn(usize) -> T) -> [T; PUSHES] {
+    let o = of;
+    [o(0), o(1), o(2), o(3), o(4), o(5), o(6), o(7), o(8), o(9), o(10), o(11), o(12), o(13), o(14), o(15)]
+}
+
+/// The columns of a row of every lane.
+#[inline(always)]
+fn columns<S: Simd8>(s: S, row: impl Fn(usize) -> [f32; 4]) -> [[S::F; 2]; 4] {
+    let r = row;
+    let a = s.columns([r(0), r(1), r(2), r(3), r(4), r(5), r(6), r(7)]);
+    let b = s.columns([r(8), r(9), r(10), r(11), r(12), r(13), r(14), r(15)]);
     [[a[0], b[0]], [a[1], b[1]], [a[2], b[2]], [a[3], b[3]]]
 }
 
@@ -232,9 +253,3 @@ fn side<S: Numbers>(
     let tt = s.add(s.mul(flat, s.add(mass, s.mul(turn_t, turn_t))), s.mul(rest, s.mul(along_t, along_t)));
     [s.mul(speed, along_n), s.mul(speed, along_t), nn, nt, tt]
 }
-
-pub static TICKS: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0);
-pub static CALLS: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0);
-pub static STEPS: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0);
-pub static SWEEPS: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0);
-pub static CONTACTS: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0);
