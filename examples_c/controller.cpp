@@ -95,7 +95,11 @@ private:
         } else {
             std::printf("grasp of %s: %s\n", problem_.world.name(next_.body).c_str(), held ? "held" : "missed");
         }
-        planner_.advance(next_);
+        if (held || next_.kind == JOSTLE_ACTION_PUSH) {
+            planner_.advance(next_);
+        } else {
+            planner_.failed(next_);
+        }
         return held ? state::done : state::observing;
     }
 

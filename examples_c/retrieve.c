@@ -90,7 +90,11 @@ int main(void)
         }
         retrieved = effect == JOSTLE_EFFECT_GRASPED && JOSTLE_BODY_EQ(action.body, target);
 
-        TRY(jostle_planner_advance(planner, &action, NULL)); /* keep what was found for this case */
+        if (effect == JOSTLE_EFFECT_PUSHED || retrieved) {
+            TRY(jostle_planner_advance(planner, &action, NULL)); /* keep what was found for this case */
+        } else {
+            TRY(jostle_planner_failed(planner, &action)); /* do not offer it again */
+        }
         jostle_plan_free(plan);
         plan = NULL;
         TRY(jostle_simulator_observe(robot, seen, BODIES, &count));

@@ -500,6 +500,8 @@ public:
         check(jostle_planner_advance(get(), &executed, &kept));
         return kept != 0;
     }
+    /// The first action of the last plan was tried and failed.
+    void failed(const action &tried) { check(jostle_planner_failed(get(), &tried)); }
     void reset() { check(jostle_planner_reset(get())); }
     std::uint64_t memory() {
         std::uint64_t bytes = 0;

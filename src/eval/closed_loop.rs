@@ -18,8 +18,10 @@ pub trait Policy {
         Ok(())
     }
 
-    /// The first action of the last plan was not executed.
-    fn refused(&mut self) {}
+    /// The first action of the last plan was tried and failed.
+    fn failed(&mut self, action: &Action) {
+        let _ = action;
+    }
 }
 
 impl Policy for Planner {
@@ -31,8 +33,8 @@ impl Policy for Planner {
         self.advance(action).map(drop)
     }
 
-    fn refused(&mut self) {
-        self.reset();
+    fn failed(&mut self, action: &Action) {
+        self.failed(action);
     }
 }
 
@@ -133,7 +135,8 @@ pub fn run_trial(
         match (action, effect) {
             (Some(action), Some(Effect::Pushed)) => policy.executed(&action)?,
             (_, Some(Effect::Grasped)) => break TrialEnd::Grasped,
-            _ => policy.refused(),
+            (Some(action), _) => policy.failed(&action),
+            (None, _) => {}
         }
         noting = watch.elapsed().as_secs_f64() * 1e3;
         if action.is_some() {
@@ -199,7 +202,7 @@ mod tests {
     fn pushes_until_it_grasps() {
         let (t, script) = trial(&[Line::Push, Line::BadGrasp, Line::GoodGrasp], Pose2::new(0.01, 0.0, 0.0));
         assert_eq!((t.end, t.actions, t.pushes, t.grasps), (TrialEnd::Grasped, 3, 1, 2));
-        assert_eq!((script.executed, script.refused), (1, 1));
+        assert_eq!((script.executed, script.failed), (1, 1));
         let effects: Vec<_> = t.decisions.iter().map(|d| d.effect).collect();
         assert_eq!(effects, [Some(Effect::Pushed), Some(Effect::Missed), Some(Effect::Grasped)]);
     }

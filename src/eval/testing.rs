@@ -118,12 +118,12 @@ pub struct Script {
     pub lines: Vec<Line>,
     pub next: usize,
     pub executed: usize,
-    pub refused: usize,
+    pub failed: usize,
 }
 
 impl Script {
     pub fn new(lines: &[Line]) -> Script {
-        Script { lines: lines.to_vec(), next: 0, executed: 0, refused: 0 }
+        Script { lines: lines.to_vec(), next: 0, executed: 0, failed: 0 }
     }
 }
 
@@ -157,7 +157,7 @@ impl Policy for Script {
         Ok(())
     }
 
-    fn refused(&mut self) {
-        self.refused += 1;
+    fn failed(&mut self, _: &Action) {
+        self.failed += 1;
     }
 }

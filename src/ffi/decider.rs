@@ -91,12 +91,7 @@ impl Decider {
             Decider::Retrieve(planner) => Ok(planner.advance(&unsafe { read_action(action, bodies) }?)?),
             Decider::Rearrange { planner, first } => {
                 // SAFETY: as promised by the caller.
-                let given = unsafe { super::abi::read(action, "action") }?;
-                if ![super::action::JOSTLE_ACTION_PICK_PLACE, super::action::JOSTLE_ACTION_DRAG].contains(&given.kind) {
-                    let reason = format!("is {}; a rearrangement has moves only", given.kind);
-                    return Err(Failure::argument("action.kind", reason));
-                }
-                bodies.index(given.body, "action.body")?;
+                let given = unsafe { read_move(action, bodies) }?;
                 match first.take() {
                     Some(first) if c_move(&first, bodies) == given => Ok(planner.advance(&first)?),
                     _ => {
@@ -106,6 +101,24 @@ impl Decider {
                 }
             }
         }
+    }
+
+    /// Tells the planner what was tried and failed.
+    ///
+    /// # Safety
+    /// `action` is null or readable.
+    pub unsafe fn failed(&mut self, action: *const jostle_action, bodies: &Bodies) -> Outcome {
+        match self {
+            // SAFETY: as promised by the caller.
+            Decider::Retrieve(planner) => planner.failed(&unsafe { read_action(action, bodies) }?),
+            Decider::Rearrange { planner, first } => {
+                // SAFETY: as promised by the caller.
+                unsafe { read_move(action, bodies) }?;
+                *first = None;
+                planner.reset();
+            }
+        }
+        Ok(())
     }
 
     pub fn reset(&mut self) {
@@ -125,4 +138,19 @@ impl Decider {
             Decider::Rearrange { .. } => 0,
         }
     }
+}
+
+/// A move of a rearrangement.
+///
+/// # Safety
+/// `action` is null or readable.
+unsafe fn read_move(action: *const jostle_action, bodies: &Bodies) -> Outcome<jostle_action> {
+    // SAFETY: as promised by the caller.
+    let given = unsafe { super::abi::read(action, "action") }?;
+    if ![super::action::JOSTLE_ACTION_PICK_PLACE, super::action::JOSTLE_ACTION_DRAG].contains(&given.kind) {
+        let reason = format!("is {}; a rearrangement has moves only", given.kind);
+        return Err(Failure::argument("action.kind", reason));
+    }
+    bodies.index(given.body, "action.body")?;
+    Ok(given)
 }

@@ -504,6 +504,29 @@ pub unsafe extern "C" fn jostle_planner_advance(
     })
 }
 
+/// Tells the planner that the first action of its last plan was tried and failed: the fingers would have come down on a
+/// body, or the target was not in the gripper. The same grasp is not offered again before the bodies were pushed. The
+/// search tree is forgotten.
+///
+/// Thread: exclusive use of planner.
+/// RT: no.
+/// Nullable: none.
+/// Owns: `action` is copied.
+/// Errors: ARGUMENT (null, not finite, unknown kind), HANDLE, BUSY, NOT_FOUND (action.body), PANIC, POISONED.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_planner_failed(
+    planner: *mut jostle_planner,
+    action: *const jostle_action,
+) -> jostle_status {
+    guard("jostle_planner_failed", |call| {
+        let planner = call.open::<Planner>(planner, "planner")?;
+        let mut deciding = guard::lock(&planner.shared.deciding, "planner")?;
+        let deciding = deciding.whole()?;
+        // SAFETY: the caller promises a readable action.
+        unsafe { deciding.engine.failed(action, &deciding.bodies) }
+    })
+}
+
 /// Forgets the search tree.
 ///
 /// Thread: exclusive use of planner.

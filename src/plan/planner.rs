@@ -37,6 +37,8 @@ pub struct Planner {
     confirming: Option<Arc<dyn Transition>>,
     /// The state that the tree's root stands for: the one observed, until an action is executed.
     expected: Option<State>,
+    /// A grasp has to score at least this, since one that scored less failed; see [`Planner::failed`].
+    demand: f64,
 }
 
 impl std::fmt::Debug for Planner {
@@ -47,6 +49,8 @@ impl std::fmt::Debug for Planner {
 
 /// Most first actions that a plan lists.
 const CONSIDERED: usize = 16;
+/// By how much a grasp has to score better than one that failed.
+const BETTER: f64 = 0.02;
 /// An observed pose this near the predicted one is the same (metres; radians): the tree below is used on.
 const SAME: (f64, f64) = (1e-4, 1e-3);
 
@@ -57,7 +61,7 @@ impl Planner {
         let recipe = recipe(&options)?;
         sampler(&options, &recipe)?;
         let pool = Pool::new(options.threads, "jostle")?;
-        Ok(Planner { options, recipe, pool, tree: Tree::new(), domain: None, confirming: None, expected: None })
+        Ok(Planner { options, recipe, pool, tree: Tree::new(), domain: None, confirming: None, expected: None, demand: 0.0 })
     }
 
     pub fn options(&self) -> &PlannerOptions {
@@ -96,6 +100,8 @@ impl Planner {
             self.reset();
             return Ok(false);
         };
+        let usual = self.options.grasp.solved_score;
+        self.demand = usual + (self.demand - usual).max(0.0) / 2.0;
         let index = self.tree.root_children().find(|c| same_push(c.action, push)).map(|c| c.index);
         let kept = index.is_some_and(|index| self.tree.advance(index));
         if kept {
@@ -104,6 +110,17 @@ impl Planner {
             self.reset();
         }
         Ok(kept)
+    }
+
+    /// Tells the planner that the first action of its last plan was tried and failed: the push was not executed, or the
+    /// target was not in the gripper. The tree is forgotten. The same grasp is not offered again where it is: until
+    /// the bodies are pushed a grasp has to score better than the one that failed, and after that half of what it
+    /// missed.
+    pub fn failed(&mut self, action: &Action) {
+        if let Action::Grasp(grasp) = action {
+            self.demand = self.demand.max(grasp.score + BETTER);
+        }
+        self.reset();
     }
 
     /// Forgets the tree. Its memory is kept for the next decision.
@@ -125,14 +142,16 @@ impl Planner {
         });
         if !fits {
             self.reset();
-            self.domain = None;
+            (self.domain, self.demand) = (None, 0.0);
             let engine = |options| physics::engine(options, Arc::clone(&problem.scene));
             self.confirming = self.recipe.confirm.as_ref().map(engine).transpose()?;
             self.domain = Some(prepare(&self.options, &self.recipe, problem)?);
         }
-        let Some(domain) = &self.domain else {
+        let Some(domain) = &mut self.domain else {
             return Ok(Plan::empty(Outcome::Infeasible, &self.options.planner, self.options.seed));
         };
+        domain.demand = self.demand;
+        let domain = &*domain;
         let mut plan = Plan::empty(Outcome::Infeasible, &self.options.planner, self.options.seed);
         if cancelled(&stop) {
             plan.outcome = Outcome::Cancelled;
@@ -140,7 +159,7 @@ impl Planner {
         }
 
         // A state that would count as a solution is one: from there nothing is searched.
-        let enough = self.options.grasp.execute_score.min(self.options.grasp.solved_score);
+        let enough = self.options.grasp.execute_score.min(self.options.grasp.solved_score).max(self.demand);
         let now = domain.assess(&mut domain.new_scratch(), &problem.state);
         if let Some(grasp) = now.grasp.filter(|g| g.score >= enough) {
             plan.outcome = Outcome::Solved;
@@ -286,6 +305,7 @@ fn prepare(options: &PlannerOptions, recipe: &Recipe, problem: &Problem) -> Resu
         sampler: Box::new(sampler(options, recipe)?.prepared(scene)),
         scorer: Box::new(GeometricScorer::new(scene, GraspParams::default())?),
         reward: recipe.reward,
+        demand: 0.0,
     })
 }
 

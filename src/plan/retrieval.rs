@@ -32,7 +32,12 @@ pub struct Retrieval {
     pub sampler: Box<dyn PushSampler>,
     pub scorer: Box<dyn Scorer>,
     pub reward: Reward,
+    /// A grasp has to score at least this as well: more than one that was tried and failed. 0 asks for nothing more.
+    pub demand: f64,
 }
+
+/// However good a grasp was that failed, a simulated state whose grasp scores this much is a solution.
+const GREATEST_DEMAND: f64 = 0.9;
 
 /// Working memory of one worker.
 pub struct Scratch {
@@ -63,13 +68,14 @@ impl Retrieval {
 
     /// A state with this assessment is a solution.
     pub fn solves(&self, assessment: &GraspAssessment) -> bool {
-        assessment.grasp.is_some() && assessment.score >= self.reward.solved_score
+        assessment.grasp.is_some() && assessment.score >= self.reward.solved_score.max(self.demand.min(GREATEST_DEMAND))
     }
 
     /// Value, terminal flag and actions of `out.state`.
     fn judge(&self, scratch: &mut Scratch, key: Key, previous: Option<&Push>, out: &mut Outcome<Self>) {
         let assessment = self.assess(scratch, &out.state);
-        let solved = self.solves(&assessment);
+        // Where a grasp has failed just now, it has to be bettered however good it looked.
+        let solved = self.solves(&assessment) && (previous.is_some() || assessment.score >= self.demand);
         let quality = if assessment.grasp.is_some() { assessment.score } else { 0.0 };
         // Without a grasp the nearness ranks states below every graspable one.
         let judged = if assessment.grasp.is_some() { 0.5 + 0.5 * quality } else { 0.5 * assessment.nearness };

@@ -309,6 +309,7 @@ static void bad_planners(jostle_context *context, jostle_planner *planner, jostl
     action.kind = JOSTLE_ACTION_PUSH;
     action.push.end.y = NOT_A_NUMBER;
     BAD(jostle_planner_advance(planner, &action, NULL), ARGUMENT, "action.push.end: is not finite");
+    BAD(jostle_planner_failed(planner, &action), ARGUMENT, "action.push.end: is not finite");
 
     /* Scenes that cannot be planned with: empty, overlapping, target absent, target not pickable. */
     MUST(jostle_scene_new(context, &other));
@@ -434,6 +435,7 @@ static void bad_rearrangements(jostle_context *context, jostle_planner *planner,
     BAD(jostle_planner_advance(mover, &action, NULL), ARGUMENT, "action.body: is zero");
     action.kind = JOSTLE_ACTION_PUSH;
     BAD(jostle_planner_advance(mover, &action, NULL), ARGUMENT, "action.kind: is 1; a rearrangement has moves only");
+    BAD(jostle_planner_failed(mover, &action), ARGUMENT, "action.kind: is 1; a rearrangement has moves only");
     jostle_scene_free(table);
     jostle_planner_free(mover);
 }
