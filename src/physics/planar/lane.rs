@@ -52,6 +52,8 @@ pub struct Lane {
     /// Of a step, metres.
     travel: f32,
     steps_left: usize,
+    /// Deepest overlap of two bodies at the beginning of the step, borders included, metres.
+    overlap: f32,
     clean_up_left: usize,
 }
 
@@ -136,6 +138,9 @@ impl Lane {
     ) -> bool {
         while self.steps_left + self.clean_up_left > 0 {
             self.find_contacts(s, shared, impulses);
+            if self.steps_left == 0 && self.overlap <= shared.settings.clean_up_overlap as f32 {
+                return false;
+            }
             if !self.contacts.is_empty() {
                 let settings = shared.settings;
                 let chain = (settings.sweeps_per_contact * self.contacts.len() as f64) as usize;
@@ -359,6 +364,7 @@ impl Lane {
             known: std::mem::take(&mut self.known),
             reached: std::mem::take(&mut self.reached),
             in_reach: Mask::EMPTY,
+            overlap: 0.0,
             hint: 0,
         };
         found.contacts.clear();
@@ -409,12 +415,14 @@ impl Lane {
                     let pair = (p as u64) << 32 | q as u64;
                     for point in &manifold.points[..manifold.count] {
                         let point = Point { gap: point.gap - border, ..*point };
+                        found.overlap = found.overlap.max(-point.gap);
                         found.add(self, Some(a), b, manifold.normal, point, [0.0; 2], pair, impulses);
                     }
                 });
             }
         }
-        let Found { contacts, known, reached, .. } = found;
+        let Found { contacts, known, reached, overlap, .. } = found;
+        self.overlap = overlap;
         self.contacts = contacts;
         self.known = known;
         self.reached = reached;
@@ -482,6 +490,7 @@ struct Found<'a> {
     known: Vec<Known>,
     reached: Vec<u16>,
     in_reach: Mask,
+    overlap: f32,
     /// Contacts come in about the same order as in the step before: where to look first.
     hint: usize,
 }
