@@ -397,6 +397,10 @@ impl Lane {
                 }
             }
         }
+        if self.steps_left == 0 {
+            // The tip may have left bodies behind that still overlap.
+            self.moved.iter().for_each(|body| found.reach(body, impulses));
+        }
         let mut next = 0;
         let mut expanded = Mask::EMPTY;
         while next < found.reached.len() {
@@ -496,6 +500,16 @@ struct Found<'a> {
 }
 
 impl Found<'_> {
+    /// Lets a body take part in the step.
+    fn reach(&mut self, body: usize, impulses: &mut [Impulse; SLOTS]) {
+        if !self.in_reach.contains(body) {
+            self.in_reach.insert(body);
+            self.reached.push(body as u16);
+            impulses[self.lane * LANE_SLOTS + body] =
+                [0.0, 0.0, 0.0, self.threshold * self.model.bodies[body].threshold];
+        }
+    }
+
     /// Makes a contact between body `a`, or the tip, and body `b`.
     #[allow(clippy::too_many_arguments)]
     fn add(
@@ -510,11 +524,7 @@ impl Found<'_> {
         impulses: &mut [Impulse; SLOTS],
     ) {
         let base = self.lane * LANE_SLOTS;
-        if !self.in_reach.contains(b) {
-            self.in_reach.insert(b);
-            self.reached.push(b as u16);
-            impulses[base + b] = [0.0, 0.0, 0.0, self.threshold * self.model.bodies[b].threshold];
-        }
+        self.reach(b, impulses);
         let [nx, ny] = normal;
         let turning = |i: usize| {
             let body = &self.model.bodies[i];
