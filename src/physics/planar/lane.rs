@@ -52,6 +52,8 @@ pub struct Lane {
     /// Of a step, metres.
     travel: f32,
     steps_left: usize,
+    /// Deepest overlap of two bodies at the beginning of the step, borders included, metres.
+    overlap: f32,
     clean_up_left: usize,
 }
 
@@ -136,6 +138,9 @@ impl Lane {
     ) -> bool {
         while self.steps_left + self.clean_up_left > 0 {
             self.find_contacts(s, shared, impulses);
+            if self.steps_left == 0 && self.overlap <= shared.settings.clean_up_overlap as f32 {
+                return false;
+            }
             if !self.contacts.is_empty() {
                 let settings = shared.settings;
                 let chain = (settings.sweeps_per_contact * self.contacts.len() as f64) as usize;
@@ -359,6 +364,7 @@ impl Lane {
             known: std::mem::take(&mut self.known),
             reached: std::mem::take(&mut self.reached),
             in_reach: Mask::EMPTY,
+            overlap: 0.0,
             hint: 0,
         };
         found.contacts.clear();
@@ -391,6 +397,10 @@ impl Lane {
                 }
             }
         }
+        if self.steps_left == 0 {
+            // The tip may have left bodies behind that still overlap.
+            self.moved.iter().for_each(|body| found.reach(body, impulses));
+        }
         let mut next = 0;
         let mut expanded = Mask::EMPTY;
         while next < found.reached.len() {
@@ -409,12 +419,14 @@ impl Lane {
                     let pair = (p as u64) << 32 | q as u64;
                     for point in &manifold.points[..manifold.count] {
                         let point = Point { gap: point.gap - border, ..*point };
+                        found.overlap = found.overlap.max(-point.gap);
                         found.add(self, Some(a), b, manifold.normal, point, [0.0; 2], pair, impulses);
                     }
                 });
             }
         }
-        let Found { contacts, known, reached, .. } = found;
+        let Found { contacts, known, reached, overlap, .. } = found;
+        self.overlap = overlap;
         self.contacts = contacts;
         self.known = known;
         self.reached = reached;
@@ -482,11 +494,22 @@ struct Found<'a> {
     known: Vec<Known>,
     reached: Vec<u16>,
     in_reach: Mask,
+    overlap: f32,
     /// Contacts come in about the same order as in the step before: where to look first.
     hint: usize,
 }
 
 impl Found<'_> {
+    /// Lets a body take part in the step.
+    fn reach(&mut self, body: usize, impulses: &mut [Impulse; SLOTS]) {
+        if !self.in_reach.contains(body) {
+            self.in_reach.insert(body);
+            self.reached.push(body as u16);
+            impulses[self.lane * LANE_SLOTS + body] =
+                [0.0, 0.0, 0.0, self.threshold * self.model.bodies[body].threshold];
+        }
+    }
+
     /// Makes a contact between body `a`, or the tip, and body `b`.
     #[allow(clippy::too_many_arguments)]
     fn add(
@@ -501,11 +524,7 @@ impl Found<'_> {
         impulses: &mut [Impulse; SLOTS],
     ) {
         let base = self.lane * LANE_SLOTS;
-        if !self.in_reach.contains(b) {
-            self.in_reach.insert(b);
-            self.reached.push(b as u16);
-            impulses[base + b] = [0.0, 0.0, 0.0, self.threshold * self.model.bodies[b].threshold];
-        }
+        self.reach(b, impulses);
         let [nx, ny] = normal;
         let turning = |i: usize| {
             let body = &self.model.bodies[i];

@@ -28,8 +28,10 @@ pub struct PlanarSettings {
 
     /// Share of an overlap that is pushed out in a step.
     pub correction: f64,
-    /// Steps with a still tip at the end of a push, which push out what overlap is left.
+    /// Steps with a still tip at the end of a push, at most: they push out what overlap is left.
     pub clean_up_steps: usize,
+    /// Two bodies, borders included, may overlap by this at the end of a push without such steps, metres.
+    pub clean_up_overlap: f64,
     /// Collision border round every body, metres (Bullet's hull margin of 1 mm). Where neighbours are nearer than two
     /// borders it shrinks to half the gap, so that nothing starts in overlap because of it.
     pub border: f64,
@@ -64,7 +66,8 @@ impl PlanarSettings {
             least_slope: 0.2,
             reach: 0.001,
             correction: 0.8,
-            clean_up_steps: 0,
+            clean_up_steps: 10,
+            clean_up_overlap: 0.0005,
             border: 0.001,
             torque_ratio: 1.5,
             pressure_lead: 0.010,
@@ -75,7 +78,7 @@ impl PlanarSettings {
 
     /// Steps of 6 mm, solved coarsely: for search.
     pub fn fast() -> Self {
-        Self { tolerance: 0.05, compliance: 0.8, clean_up_steps: 1, ..Self::with_step(0.006) }
+        Self { tolerance: 0.05, compliance: 0.8, ..Self::with_step(0.006) }
     }
 
     /// Steps of 2 mm: for judging.
@@ -106,6 +109,7 @@ impl PlanarSettings {
         check_range("physics.reach", self.reach, 0.0..=0.02)?;
         check_range("physics.correction", self.correction, 0.0..=1.0)?;
         check_range("physics.clean_up_steps", self.clean_up_steps as f64, 0.0..=1000.0)?;
+        check_range("physics.clean_up_overlap", self.clean_up_overlap, 0.0..=0.01)?;
         check_range("physics.border", self.border, 0.0..=0.02)?;
         check_positive("physics.torque_ratio", self.torque_ratio)?;
         check_range("physics.pressure_lead", self.pressure_lead, 0.0..=0.1)?;
