@@ -133,6 +133,7 @@ fn inverse(x: Real) -> Real {
     if x > 0.0 { 1.0 / x } else { 0.0 }
 }
 
+const ALT: usize = 0;
 impl Rows {
     pub fn clear(&mut self) {
         self.ground.clear();
@@ -268,9 +269,10 @@ impl Rows {
         self.warm_start();
         for _ in 0..iterations {
             self.sweeps += 1;
-            let change = self.normals();
-            self.torques();
-            self.friction();
+            let back = self.sweeps % 2 == ALT;
+            let change = self.normals(back);
+            self.torques(back);
+            self.friction(back);
             if change < tolerance {
                 break;
             }
@@ -278,15 +280,16 @@ impl Rows {
     }
 
     #[inline]
-    fn normals(&mut self) -> Real {
+    fn normals(&mut self, back: bool) -> Real {
         let mut change: Real = 0.0;
-        for row in &mut self.bodies {
+        for k in 0..self.bodies.len() { let k = if back { self.bodies.len() - 1 - k } else { k }; let row = &mut self.bodies[k];
             let [a, b] = row.bodies.map(|i| i as usize);
             let (n, m) = (row.normal, self.motion[a].v);
             let (wa, wb, v) = (self.motion[a].w, self.motion[b].w, self.motion[b].v);
             let [ja, jb] = row.moment;
             let linear = n[0] * (v[0] - m[0]) + n[1] * (v[1] - m[1]);
-            let turning = (jb[0] * wb[0] + jb[1] * wb[1] + jb[2] * wb[2]) - (ja[0] * wa[0] + ja[1] * wa[1] + ja[2] * wa[2]);
+            let turning =
+                (jb[0] * wb[0] + jb[1] * wb[1] + jb[2] * wb[2]) - (ja[0] * wa[0] + ja[1] * wa[1] + ja[2] * wa[2]);
             let next = (row.impulse[0] + (row.target - (linear + turning)) * row.mass[0]).max(0.0);
             let d = next - row.impulse[0];
             row.impulse[0] = next;
@@ -301,7 +304,7 @@ impl Rows {
                 }
             }
         }
-        for row in &mut self.ground {
+        for k in 0..self.ground.len() { let k = if back { self.ground.len() - 1 - k } else { k }; let row = &mut self.ground[k];
             let m = &mut self.motion[row.body as usize];
             let lifting = m.v[2] + m.w[0] * row.arm[1] - m.w[1] * row.arm[0];
             let next = (row.impulse[0] + (row.target - lifting) * row.mass[0]).max(0.0);
@@ -316,8 +319,8 @@ impl Rows {
     }
 
     #[inline]
-    fn torques(&mut self) {
-        for row in &mut self.body_torque {
+    fn torques(&mut self, back: bool) {
+        for k in 0..self.body_torque.len() { let k = if back { self.body_torque.len() - 1 - k } else { k }; let row = &mut self.body_torque[k];
             let [a, b] = row.bodies.map(|i| i as usize);
             let load: Real = self.bodies[row.rows.0 as usize..row.rows.1 as usize].iter().map(|r| r.impulse[0]).sum();
             let limit = row.rolling * load;
@@ -330,7 +333,7 @@ impl Rows {
             self.motion[a].twist(t.map(|x| -x));
             self.motion[b].twist(t);
         }
-        for row in &mut self.ground_torque {
+        for k in 0..self.ground_torque.len() { let k = if back { self.ground_torque.len() - 1 - k } else { k }; let row = &mut self.ground_torque[k];
             let load: Real = self.ground[row.rows.0 as usize..row.rows.1 as usize].iter().map(|r| r.impulse[0]).sum();
             let m = &mut self.motion[row.bodies[1] as usize];
             let limit = row.rolling * load;
@@ -340,8 +343,8 @@ impl Rows {
     }
 
     #[inline]
-    fn friction(&mut self) {
-        for row in &mut self.bodies {
+    fn friction(&mut self, back: bool) {
+        for k in 0..self.bodies.len() { let k = if back { self.bodies.len() - 1 - k } else { k }; let row = &mut self.bodies[k];
             let [a, b] = row.bodies.map(|i| i as usize);
             let (ua, ub) = (self.motion[a].velocity_at(row.arm[0]), self.motion[b].velocity_at(row.arm[1]));
             let u = [ub[0] - ua[0], ub[1] - ua[1], ub[2] - ua[2]];
@@ -355,7 +358,7 @@ impl Rows {
             self.motion[a].push_at(row.arm[0], p.map(|x| -x));
             self.motion[b].push_at(row.arm[1], p);
         }
-        for row in &mut self.ground {
+        for k in 0..self.ground.len() { let k = if back { self.ground.len() - 1 - k } else { k }; let row = &mut self.ground[k];
             let m = &mut self.motion[row.body as usize];
             let [x, y, z] = row.arm;
             let u = [m.v[0] + m.w[1] * z - m.w[2] * y, m.v[1] + m.w[2] * x - m.w[0] * z];
