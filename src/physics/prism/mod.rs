@@ -8,6 +8,7 @@
 
 mod collide;
 mod contact;
+mod kernel;
 mod model;
 mod settings;
 mod solver;

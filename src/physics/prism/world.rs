@@ -2,9 +2,10 @@
 
 use super::collide::{Outline, Touch, dot, sub, touch};
 use super::contact::{BodyPoint, GroundPoint, Manifold, Pose};
+use super::kernel::Motion;
 use super::model::{Flat, Model, Real, Shape};
 use super::settings::PrismSettings;
-use super::solver::{Motion, Rows, Span};
+use super::solver::{Rows, Rubbing, Span};
 use crate::action::Push;
 use crate::geom::{Pose2, Vec2};
 use crate::run::Stop;
@@ -357,9 +358,10 @@ impl World {
         self.find_contacts(model, settings);
         self.set_motions(model, settings);
         self.make_rows(model, settings);
-        self.rows.solve(settings.iterations, settings.tolerance as Real);
+        self.rows.warm_start();
+        while self.rows.sweep() >= settings.tolerance as Real && (self.rows.sweeps as usize) < settings.iterations {}
         self.steps += 1;
-        self.sweeps += self.rows.sweeps as u32;
+        self.sweeps += self.rows.sweeps;
         self.take_impulses(model, settings);
         self.integrate(model, dt);
         let limit = settings.topple_tilt as Real;
@@ -450,14 +452,14 @@ impl World {
             let [ix, iy, iz] = body.inverse_inertia;
             let (c, s) = (pose.cos, pose.sin);
             *motion = Motion {
-                v: [v[0] * keep, v[1] * keep, v[2] * keep - settings.gravity as Real * dt],
-                w: w.map(|x| x * keep),
-                inverse_mass: body.inverse_mass,
-                inverse_inertia: [c * c * ix + s * s * iy, c * s * (ix - iy), s * s * ix + c * c * iy, iz],
+                v: [v[0] * keep, v[1] * keep, v[2] * keep - settings.gravity as Real * dt, body.inverse_mass],
+                w: [w[0] * keep, w[1] * keep, w[2] * keep, 1.0 / iz],
+                i: [c * c * ix + s * s * iy, c * s * (ix - iy), s * s * ix + c * c * iy, iz],
             };
         }
         let tip = model.tip();
-        self.rows.motion[tip] = Motion { v: self.velocity[tip].0, ..Motion::default() };
+        let [x, y, _] = self.velocity[tip].0;
+        self.rows.motion[tip] = Motion { v: [x, y, 0.0, 0.0], ..Motion::default() };
     }
 
     fn make_rows(&mut self, model: &Model, settings: &PrismSettings) {
@@ -483,7 +485,8 @@ impl World {
             if bodies[0] == model.tip() && !self.awake[bodies[1]] {
                 continue;
             }
-            let from = self.rows.body_rows();
+            let rub = Rubbing { friction: pair.friction, rolling: pair.rolling };
+            let from = self.rows.bodies.len() as u32;
             let mut points = 0;
             for (i, p) in pair.manifold.points_mut().iter_mut().enumerate() {
                 if p.gap + self.rows.parting(bodies, &p.arm, p.normal) * dt > ignored {
@@ -492,11 +495,11 @@ impl World {
                 }
                 points |= 1 << i;
                 let impulse = p.impulse.map(|x| x * share);
-                self.rows.add_bodies(bodies, p.arm, p.normal, target(p.gap), pair.friction, impulse);
+                self.rows.add_bodies(bodies, p.arm, p.normal, target(p.gap), rub, impulse);
             }
             if points != 0 {
                 let torque = pair.manifold.torque.map(|x| x * share);
-                let span = self.rows.end_bodies(bodies, from, pair.rolling, torque);
+                let span = self.rows.end_bodies(from, torque);
                 self.active_pairs.push(Active { of: k as u32, points, span });
             } else {
                 pair.manifold.torque = [0.0; 3];
@@ -508,9 +511,13 @@ impl World {
                 continue;
             }
             let body = &model.bodies[i];
+            let rub = Rubbing {
+                friction: model.ground_friction * body.friction,
+                rolling: model.ground_friction * body.rolling,
+            };
             for p in body.pieces.0 as usize..body.pieces.1 as usize {
                 let manifold = &mut self.ground[p];
-                let from = self.rows.ground_rows();
+                let from = self.rows.ground.len() as u32;
                 let mut points = 0;
                 for (k, point) in manifold.points_mut().iter_mut().enumerate() {
                     if point.gap + self.rows.lifting(i, &point.arm) * dt > ignored {
@@ -519,17 +526,11 @@ impl World {
                     }
                     points |= 1 << k;
                     let impulse = point.impulse.map(|x| x * share);
-                    self.rows.add_ground(
-                        i,
-                        point.arm,
-                        target(point.gap),
-                        model.ground_friction * body.friction,
-                        impulse,
-                    );
+                    self.rows.add_ground(i, point.arm, target(point.gap), rub, impulse);
                 }
                 if points != 0 {
                     let torque = manifold.torque.map(|x| x * share);
-                    let span = self.rows.end_ground(i, from, model.ground_friction * body.rolling, torque);
+                    let span = self.rows.end_ground(from, torque);
                     self.active_ground.push(Active { of: p as u32, points, span });
                 } else {
                     manifold.torque = [0.0; 3];
@@ -542,7 +543,7 @@ impl World {
     fn take_impulses(&mut self, model: &Model, settings: &PrismSettings) {
         for active in &self.active_pairs {
             let pair = &mut self.pairs[active.of as usize];
-            let mut row = active.span.rows.0;
+            let mut row = active.span.0;
             let mut greatest: Real = 0.0;
             for (i, p) in pair.manifold.points_mut().iter_mut().enumerate() {
                 if active.points >> i & 1 == 1 {
@@ -564,7 +565,7 @@ impl World {
         }
         for active in &self.active_ground {
             let manifold = &mut self.ground[active.of as usize];
-            let mut row = active.span.rows.0;
+            let mut row = active.span.0;
             for (i, p) in manifold.points_mut().iter_mut().enumerate() {
                 if active.points >> i & 1 == 1 {
                     p.impulse = self.rows.ground_impulse(row);
@@ -583,7 +584,8 @@ impl World {
             if !self.awake[i] || (i == tip && !self.tip_is_down) {
                 continue;
             }
-            let Motion { v, w, .. } = self.rows.motion[i];
+            let Motion { v: [vx, vy, vz, _], w: [wx, wy, wz, _], .. } = self.rows.motion[i];
+            let (v, w) = ([vx, vy, vz], [wx, wy, wz]);
             let pose = &mut self.poses[i];
             for (x, u) in pose.at.iter_mut().zip(v) {
                 *x += u * dt;
