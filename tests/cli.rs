@@ -139,7 +139,9 @@ fn a_run_reports_every_named_number() {
     assert_eq!((&configuration["seed"], &configuration["trials"]), (&3.into(), &2.into()));
     assert_eq!(configuration["budget"]["iterations"], 20);
     assert_eq!(configuration["physics"]["preset"], "fast");
-    assert_eq!(configuration["judge"]["physics"]["preset"], "fine");
+    let judge = if cfg!(feature = "bullet") { ["bullet", "reference"] } else { ["rapier", "fine"] };
+    assert_eq!(configuration["judge"]["physics"]["engine"], judge[0]);
+    assert_eq!(configuration["judge"]["physics"]["preset"], judge[1]);
     assert_eq!(configuration["judge"]["friction_spread"], 0.2);
     assert_eq!(configuration["judge"]["noise_position_m"], 0.001);
     assert_eq!(configuration["version"], env!("CARGO_PKG_VERSION"));

@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use jostle::action::Push;
 use jostle::geom::{Pose2, Shape, vec2};
-use jostle::physics::{EngineInfo, PhysicsOptions, PushJob, PushResult, PushStatus, Transition, engine};
+use jostle::physics::{
+    EngineInfo, EngineSettings, PhysicsOptions, PushJob, PushResult, PushStatus, Transition, engine,
+};
 use jostle::run::{Budget, CancelToken, Stop};
 use jostle::scene::{BodyDef, LeaveRule, Scene, SceneBuilder, State, Workspace};
 
@@ -247,5 +249,7 @@ fn unknown_engines_presets_and_bad_constants_are_refused_by_name() {
     assert!(fails(PhysicsOptions::preset("slow")).starts_with("physics.preset: "));
     let mut custom = jostle::physics::RapierSettings::fast();
     custom.speed = -1.0;
-    assert!(fails(PhysicsOptions { rapier: Some(custom), ..Default::default() }).starts_with("physics.speed: is -1"));
+    assert!(fails(PhysicsOptions::custom(EngineSettings::Rapier(custom))).starts_with("physics.speed: is -1"));
+    let mixed = PhysicsOptions { engine: "prism".into(), ..PhysicsOptions::custom(EngineSettings::Rapier(custom)) };
+    assert!(fails(mixed).starts_with("physics.settings: are constants of rapier"));
 }

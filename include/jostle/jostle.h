@@ -37,6 +37,12 @@
 /// Trained networks.
 #define JOSTLE_FEATURE_NETWORKS 3
 
+/// The engine `planar`.
+#define JOSTLE_FEATURE_PLANAR 4
+
+/// The engine `prism`.
+#define JOSTLE_FEATURE_PRISM 5
+
 /// A call failed.
 #define JOSTLE_LOG_ERROR 1
 
@@ -302,9 +308,10 @@ typedef struct jostle_planner_options {
   uint32_t threads;
   /// "pmbs" or "mcts"; null (the default) for "pmbs".
   const char *planner;
-  /// Engine that predicts what a push does; null (the default) for "rapier".
+  /// Engine that predicts what a push does: "rapier", "planar", "prism" or "bullet"; null (the default) for the
+  /// planner's own.
   const char *engine;
-  /// The engine's preset: "fast", "balanced" or "fine"; null (the default) for "fast".
+  /// The engine's preset, "fast" or "fine" among others; null (the default) for the one that suits planning.
   const char *preset;
   /// Push sampler: "vft", "more", "pmbs" or "dense"; null (the default) for the planner's own.
   const char *sampler;
@@ -331,6 +338,10 @@ typedef struct jostle_planner_options {
   jostle_variant variant;
   /// 0.
   uint32_t reserved;
+  /// Engine in which the plan found and its best rivals are tried before the decision, a more faithful one than the
+  /// search can afford: "ENGINE" or "ENGINE:PRESET", such as "prism:fine"; "none" for no trying; null (the default)
+  /// for the planner's own choice.
+  const char *confirm;
 } jostle_planner_options;
 
 /// Told how far a decision is; a value other than 0 cancels it. It is called on the thread that decides (the caller's
@@ -420,6 +431,14 @@ typedef struct jostle_plan_statistics {
   double search_seconds;
   /// Score of the plan's last grasp in the model, 0 without one.
   double grasp_score;
+  /// Plans tried in the confirming engine before the decision; 0 where plans are not confirmed.
+  uint64_t plans_tried;
+  /// Of these, plans that succeed there too.
+  uint64_t plans_confirmed;
+  /// Pushes simulated in the confirming engine.
+  uint64_t confirm_simulations;
+  /// Wall-clock time of it, contained in `seconds`.
+  double confirm_seconds;
 } jostle_plan_statistics;
 
 /// How the world differs from the planner's model: not at all by default, but for the finer preset.
@@ -428,9 +447,9 @@ typedef struct jostle_simulator_options {
   uint32_t struct_size;
   /// 0.
   uint32_t reserved;
-  /// Engine; null (the default) for "rapier".
+  /// Engine: "rapier", "planar", "prism" or "bullet"; null (the default) for "rapier".
   const char *engine;
-  /// The engine's preset: "fast", "balanced" or "fine"; null (the default) for "fine".
+  /// The engine's preset, "fine" among others; null (the default) for the one that suits judging.
   const char *preset;
   /// Of friction and noise: the same seed is the same world. 0 by default.
   uint64_t seed;

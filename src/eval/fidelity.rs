@@ -1,30 +1,21 @@
 //! How well a model of pushing agrees with recorded pushes.
-//!
-//! A recording is a text file with one JSON object a line: `case`, `push` = [x0, y0, x1, y1] of the tip's centre,
-//! `tip` = {`w` across, `t` along}, `shapes[i]` = convex `pieces` in the body frame, `mass`, `izz` about the origin,
-//! `before` and `after` = [x, y, yaw] of every body, and optionally `after_fresh` (the same push in a fresh world).
-//! Other fields are ignored. The centre of mass is the body's origin.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::recording::{Recording, pose};
 use super::statistics::{mean, median, percentile};
-use crate::action::Push;
 use crate::error::{Error, Result};
-use crate::geom::{Footprint, Pose2, convex_hull, normalize_angle, vec2};
+use crate::geom::{Footprint, Pose2, normalize_angle};
 use crate::physics::{PushStatus, Transition};
 use crate::run::Stop;
-use crate::scene::{BodyDef, Friction, Gripper, PushTip, Scene, SceneBuilder, State};
+use crate::scene::Scene;
 
 /// A body counts as moved if its origin moved farther than this, metres ...
 pub const MOVED_POSITION: f64 = 0.002;
 /// ... or if it turned by more than this, radians.
 pub const MOVED_ROTATION: f64 = 2.0 * std::f64::consts::PI / 180.0;
-
-/// A case whose recordings are not planar (one block lies on another); left out.
-pub const NOT_PLANAR: &str = "testo09";
 
 /// Which recorded result is compared with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -35,124 +26,6 @@ pub enum Against {
     Recorded,
     /// The same push in a fresh world.
     Fresh,
-}
-
-/// One recorded push.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-pub struct Recording {
-    #[serde(default)]
-    pub id: String,
-    #[serde(default)]
-    pub case: String,
-    pub push: [f64; 4],
-    pub tip: RecordedTip,
-    pub shapes: Vec<RecordedShape>,
-    pub before: Vec<[f64; 3]>,
-    pub after: Vec<[f64; 3]>,
-    #[serde(default)]
-    pub after_fresh: Option<Vec<[f64; 3]>>,
-}
-
-/// Metres.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-pub struct RecordedTip {
-    /// Across the push.
-    pub w: f64,
-    /// Along the push.
-    pub t: f64,
-}
-
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-pub struct RecordedShape {
-    pub pieces: Vec<Vec<[f64; 2]>>,
-    pub mass: f64,
-    pub izz: f64,
-}
-
-/// Reads a recording file. Errors name the line.
-pub fn read(path: &Path) -> Result<Vec<Recording>> {
-    parse(path, &std::fs::read_to_string(path).map_err(|e| Error::io(path, e))?)
-}
-
-fn parse(path: &Path, text: &str) -> Result<Vec<Recording>> {
-    let mut recordings = Vec::new();
-    for (i, line) in text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
-        let recording: Recording =
-            serde_json::from_str(line).map_err(|e| Error::format(path, format!("line {}: {e}", i + 1)))?;
-        recording.check().map_err(|e| Error::format(path, format!("line {}: {e}", i + 1)))?;
-        recordings.push(recording);
-    }
-    if recordings.is_empty() {
-        return Err(Error::format(path, "holds no recorded pushes; it should have one JSON object a line"));
-    }
-    Ok(recordings)
-}
-
-impl Recording {
-    /// Recordings of pushes in the plane can be compared with planar models.
-    pub fn is_planar(&self) -> bool {
-        !self.case.contains(NOT_PLANAR)
-    }
-
-    fn check(&self) -> Result<()> {
-        let n = self.shapes.len();
-        let same = |field: &str, count: usize| {
-            if count == n {
-                return Ok(());
-            }
-            Err(Error::argument(field, format!("has {count} poses for {n} shapes; give one for each")))
-        };
-        same("before", self.before.len())?;
-        same("after", self.after.len())?;
-        self.after_fresh.as_ref().map_or(Ok(()), |fresh| same("after_fresh", fresh.len()))?;
-        let poses = self.before.iter().chain(&self.after).chain(self.after_fresh.iter().flatten());
-        if !poses.flatten().chain(&self.push).all(|v| v.is_finite()) {
-            return Err(Error::argument("recording", "holds a number that is not finite"));
-        }
-        self.scene().map(|_| ())
-    }
-
-    /// The scene of the recording: friction as in the recording simulator, centre of mass at the origin.
-    pub fn scene(&self) -> Result<Scene> {
-        let mut builder = SceneBuilder::new();
-        for shape in &self.shapes {
-            // Rounding of the recorded corners may have bent a straight edge inwards: hence the hulls.
-            let hull = |piece: &Vec<[f64; 2]>| convex_hull(&piece.iter().map(|p| vec2(p[0], p[1])).collect::<Vec<_>>());
-            let footprint = Footprint::from_convex_pieces(shape.pieces.iter().map(hull).collect())?;
-            builder.add_body(BodyDef {
-                mass: shape.mass,
-                friction: 0.5,
-                centre_of_mass: Some([0.0, 0.0]),
-                inertia: Some(shape.izz),
-                ..BodyDef::new(footprint.shape)
-            })?;
-        }
-        let push = PushTip { width: self.tip.w, thickness: self.tip.t, clearance: 0.0 };
-        builder.gripper(Gripper { name: "recorded tip".into(), push, ..Gripper::default() });
-        builder.friction(Friction { ground: 1.1, tip: 0.9 });
-        builder.build()
-    }
-
-    /// Where the bodies were.
-    pub fn state(&self) -> State {
-        State::new(self.before.iter().map(pose))
-    }
-
-    pub fn push(&self) -> Push {
-        let [x0, y0, x1, y1] = self.push;
-        Push::new(vec2(x0, y0), vec2(x1, y1))
-    }
-
-    fn result(&self, against: Against) -> Option<&[[f64; 3]]> {
-        match against {
-            Against::Recorded => Some(&self.after),
-            Against::Fresh => self.after_fresh.as_deref(),
-        }
-    }
-}
-
-fn pose(p: &[f64; 3]) -> Pose2 {
-    Pose2::new(p[0], p[1], p[2])
 }
 
 /// Agreement over bodies that moved in either result.
@@ -283,8 +156,10 @@ impl Sums {
 
 #[cfg(test)]
 mod tests {
+    use super::super::recording::parse;
     use super::super::testing::Slide;
     use super::*;
+    use std::path::Path;
 
     /// Two squares of 40 mm; the first one was pushed 20 mm along x, and turned by 10 degrees in the fresh world.
     const LINE: &str = r#"{"id": "a", "case": "hard/test01.txt", "push": [0.44, 0, 0.48, 0], "tip": {"w": 0.03, "t": 0.022},

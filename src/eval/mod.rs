@@ -9,10 +9,12 @@
 //! Trials run one after the other: a planner uses the threads it was given.
 
 mod closed_loop;
+mod crosscheck;
 mod fidelity;
 mod holds;
 mod judge;
 mod metrics;
+mod recording;
 mod report;
 pub mod statistics;
 mod suite;
@@ -20,11 +22,12 @@ mod suite;
 mod testing;
 
 pub use closed_loop::{ClosedLoopOptions, DEFAULT_MAX_ACTIONS, Event, Policy, run_case, run_trial};
-pub use fidelity::{
-    Against, AllAgreement, Fidelity, MOVED_POSITION, MOVED_ROTATION, MovedAgreement, RecordedShape, RecordedTip,
-    Recording, compare, read as read_recordings,
-};
+pub use crosscheck::{Crosscheck, CrosscheckRow, crosscheck};
+pub use fidelity::{Against, AllAgreement, Fidelity, MOVED_POSITION, MOVED_ROTATION, MovedAgreement, compare};
 pub use judge::{Judge, JudgeOptions};
 pub use metrics::{CaseReport, Decision, Effect, Mean, Spread, Total, Trial, TrialEnd};
+pub use recording::{
+    RecordParams, RecordedShape, RecordedTip, Recording, read as read_recordings, record, to_lines as recording_lines,
+};
 pub use report::{BudgetReport, Configuration, Report, run_suite};
 pub use suite::{Refused, Suite, is_original, max_actions, needs_push, push_travel, read_problem, with_gripper};

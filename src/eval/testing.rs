@@ -32,8 +32,13 @@ impl Transition for Slide {
 
     fn step_batch(&self, _: &mut Scratch, jobs: &[PushJob<'_>], results: &mut [PushResult], _: &Stop) {
         for (job, result) in jobs.iter().zip(results) {
-            *result =
-                PushResult { status: PushStatus::Executed, state: job.state.clone(), touched: Mask(1), left: Mask(0) };
+            *result = PushResult {
+                status: PushStatus::Executed,
+                state: job.state.clone(),
+                touched: Mask(1),
+                left: Mask(0),
+                toppled: Mask(0),
+            };
             let p = job.state.pose(0);
             let o = self.offset;
             result.state.set_pose(0, Pose2::new(p.x + o.x, p.y + o.y, p.theta + o.theta));

@@ -57,6 +57,14 @@ pub struct jostle_plan_statistics {
     pub search_seconds: f64,
     /// Score of the plan's last grasp in the model, 0 without one.
     pub grasp_score: f64,
+    /// Plans tried in the confirming engine before the decision; 0 where plans are not confirmed.
+    pub plans_tried: u64,
+    /// Of these, plans that succeed there too.
+    pub plans_confirmed: u64,
+    /// Pushes simulated in the confirming engine.
+    pub confirm_simulations: u64,
+    /// Wall-clock time of it, contained in `seconds`.
+    pub confirm_seconds: f64,
 }
 
 // SAFETY: repr(C), struct_size first, numbers without padding.
@@ -75,6 +83,10 @@ unsafe impl Sized32 for jostle_plan_statistics {
             domain_seconds: 0.0,
             search_seconds: 0.0,
             grasp_score: 0.0,
+            plans_tried: 0,
+            plans_confirmed: 0,
+            confirm_simulations: 0,
+            confirm_seconds: 0.0,
         }
     }
 }
@@ -356,6 +368,10 @@ pub unsafe extern "C" fn jostle_plan_get_statistics(
             domain_seconds: s.domain_seconds,
             search_seconds: s.search_seconds,
             grasp_score: plan.plan.grasp_score,
+            plans_tried: s.plans_tried,
+            plans_confirmed: s.plans_confirmed,
+            confirm_simulations: s.confirm_simulations,
+            confirm_seconds: s.confirm_seconds,
         };
         // SAFETY: the caller promises an initialised struct.
         unsafe { write_sized(statistics, "statistics", &value) }

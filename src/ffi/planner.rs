@@ -18,7 +18,6 @@ use super::progress::{Listener, Publisher, jostle_progress, jostle_progress_call
 use super::scene::{Bodies, Scene, jostle_scene};
 use super::status::{Failure, Outcome, jostle_status};
 use crate::error::Error;
-use crate::physics::PhysicsOptions;
 use crate::plan::{Control, GraspDecision, Planner as Engine, PlannerOptions, Variant};
 use crate::run::Budget;
 use crate::scene::Problem;
@@ -51,9 +50,10 @@ pub struct jostle_planner_options {
     pub threads: u32,
     /// "pmbs" or "mcts"; null (the default) for "pmbs".
     pub planner: *const c_char,
-    /// Engine that predicts what a push does; null (the default) for "rapier".
+    /// Engine that predicts what a push does: "rapier", "planar", "prism" or "bullet"; null (the default) for the
+    /// planner's own.
     pub engine: *const c_char,
-    /// The engine's preset: "fast", "balanced" or "fine"; null (the default) for "fast".
+    /// The engine's preset, "fast" or "fine" among others; null (the default) for the one that suits planning.
     pub preset: *const c_char,
     /// Push sampler: "vft", "more", "pmbs" or "dense"; null (the default) for the planner's own.
     pub sampler: *const c_char,
@@ -80,6 +80,10 @@ pub struct jostle_planner_options {
     pub variant: jostle_variant,
     /// 0.
     pub reserved: u32,
+    /// Engine in which the plan found and its best rivals are tried before the decision, a more faithful one than the
+    /// search can afford: "ENGINE" or "ENGINE:PRESET", such as "prism:fine"; "none" for no trying; null (the default)
+    /// for the planner's own choice.
+    pub confirm: *const c_char,
 }
 
 // SAFETY: repr(C), struct_size first, numbers and pointers without padding.
@@ -106,6 +110,7 @@ unsafe impl Sized32 for jostle_planner_options {
             max_depth: 0,
             variant: JOSTLE_VARIANT_TUNED,
             reserved: 0,
+            confirm: std::ptr::null(),
         }
     }
 }
@@ -291,7 +296,7 @@ pub unsafe extern "C" fn jostle_solve_options_init(options: *mut jostle_solve_op
 
 unsafe fn engine_options(options: *const jostle_planner_options, context: &Context) -> Outcome<PlannerOptions> {
     // SAFETY: the caller promises an initialised struct and texts.
-    let (o, planner, engine, preset, sampler) = unsafe {
+    let (o, planner, engine, preset, sampler, confirm) = unsafe {
         let o = read_sized_or_default(options, "options")?;
         (
             o,
@@ -299,6 +304,7 @@ unsafe fn engine_options(options: *const jostle_planner_options, context: &Conte
             optional_text(o.engine, "options.engine")?,
             optional_text(o.preset, "options.preset")?,
             optional_text(o.sampler, "options.sampler")?,
+            optional_text(o.confirm, "options.confirm")?,
         )
     };
     let threads = if o.threads == JOSTLE_THREADS_OF_CONTEXT { context.threads } else { o.threads };
@@ -313,14 +319,8 @@ unsafe fn engine_options(options: *const jostle_planner_options, context: &Conte
     };
     let limit = |value: u64| (value != JOSTLE_NO_LIMIT).then_some(value);
     let usual = PlannerOptions::default();
-    let physics = PhysicsOptions {
-        engine: engine.map_or(usual.physics.engine, String::from),
-        preset: preset.map_or(usual.physics.preset, String::from),
-        ..PhysicsOptions::default()
-    };
-    let options = PlannerOptions {
+    let mut options = PlannerOptions {
         planner: planner.map_or(usual.planner, String::from),
-        physics,
         sampler: sampler.map(String::from),
         push_length: (o.push_length != 0.0).then_some(o.push_length),
         grasp: GraspDecision { execute_score: o.execute_score, solved_score: o.solved_score },
@@ -336,6 +336,8 @@ unsafe fn engine_options(options: *const jostle_planner_options, context: &Conte
         variant,
         ..usual
     };
+    options.set_physics(engine, preset).map_err(c_field)?;
+    options.set_confirm(confirm).map_err(c_field)?;
     options.validate().map_err(c_field)?;
     Ok(options)
 }
@@ -347,6 +349,7 @@ fn c_field(error: Error) -> Failure {
             "iterations" | "budget.iterations" => "max_iterations",
             "seconds" | "budget.seconds" => "max_seconds",
             "bytes" | "budget.bytes" => "max_bytes",
+            confirm if confirm.starts_with("confirm.") => "confirm",
             other => other.trim_start_matches("physics.").trim_start_matches("grasp."),
         };
         format!("options.{field}")

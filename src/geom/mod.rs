@@ -11,6 +11,7 @@ mod pose;
 
 pub use clearance::{Obb, piece_gap, pieces_gap, pieces_gap_below};
 pub use decompose::convex_pieces;
+pub(crate) use footprint::corners;
 pub use footprint::{CompoundPart, Footprint, Piece, Shape};
 pub use polygon::{
     area, area_moments, clip_convex, contains_point, convex_hull, intersection_area, is_convex, is_simple,

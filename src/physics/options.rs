@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::bullet::{self, BulletSettings};
 use super::prism::{Prism, PrismSettings};
 use super::rapier::{Rapier, RapierSettings};
 use super::transition::Transition;
@@ -25,7 +26,7 @@ pub struct EngineInfo {
 }
 
 /// The engines, present in this build or not.
-pub const ENGINES: [EngineInfo; 2] = [
+pub const ENGINES: [EngineInfo; 3] = [
     EngineInfo {
         id: "rapier",
         presets: &RapierSettings::PRESETS,
@@ -34,7 +35,54 @@ pub const ENGINES: [EngineInfo; 2] = [
         available: Ok(()),
     },
     EngineInfo { id: "prism", presets: &PrismSettings::PRESETS, planning: "fast", judging: "fine", available: Ok(()) },
+    EngineInfo {
+        id: "bullet",
+        presets: &BulletSettings::PRESETS,
+        planning: "fast",
+        judging: "reference",
+        available: bullet::AVAILABLE,
+    },
 ];
+
+/// Every constant of an engine, for settings that no preset has.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum EngineSettings {
+    Rapier(RapierSettings),
+    Prism(PrismSettings),
+    Bullet(BulletSettings),
+}
+
+impl EngineSettings {
+    /// The id of the engine whose settings they are.
+    pub fn engine(&self) -> &'static str {
+        match self {
+            Self::Rapier(_) => "rapier",
+            Self::Prism(_) => "prism",
+            Self::Bullet(_) => "bullet",
+        }
+    }
+
+    /// A preset of an engine. Errors name `physics.engine` or `physics.preset`.
+    pub fn by_name(engine: &str, preset: &str) -> Result<Self> {
+        let info = EngineInfo::find(engine)?;
+        match info.id {
+            "rapier" => RapierSettings::by_name(preset).map(Self::Rapier),
+            "prism" => PrismSettings::by_name(preset).map(Self::Prism),
+            "bullet" => BulletSettings::by_name(preset).map(Self::Bullet),
+            other => Err(Error::Internal(format!("engine `{other}` is listed but has no settings"))),
+        }
+    }
+
+    /// Checks every constant; errors name the field.
+    pub fn validate(&self) -> Result<()> {
+        match self {
+            Self::Rapier(settings) => settings.validate(),
+            Self::Prism(settings) => settings.validate(),
+            Self::Bullet(settings) => settings.validate(),
+        }
+    }
+}
 
 /// What an engine is wanted for: decides its preset where none is named.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,12 +99,9 @@ pub struct PhysicsOptions {
     pub engine: String,
     /// One of the engine's presets.
     pub preset: String,
-    /// Every constant of rapier; takes the place of the preset.
+    /// Every constant of the engine; takes the place of the preset.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub rapier: Option<RapierSettings>,
-    /// Every constant of prism; takes the place of the preset.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub prism: Option<PrismSettings>,
+    pub settings: Option<EngineSettings>,
 }
 
 impl Default for PhysicsOptions {
@@ -97,7 +142,7 @@ impl EngineInfo {
 impl PhysicsOptions {
     /// rapier with a preset.
     pub fn preset(preset: &str) -> Self {
-        Self { engine: "rapier".into(), preset: preset.into(), rapier: None, prism: None }
+        Self { engine: "rapier".into(), preset: preset.into(), settings: None }
     }
 
     /// An engine by its id, with a preset or (`None`) the one that suits the purpose.
@@ -107,23 +152,35 @@ impl PhysicsOptions {
             Purpose::Planning => info.planning,
             Purpose::Judging => info.judging,
         };
-        let options = Self { engine: engine.into(), preset: preset.unwrap_or(usual).into(), rapier: None, prism: None };
+        let options = Self { engine: engine.into(), preset: preset.unwrap_or(usual).into(), settings: None };
         options.validate()?;
         Ok(options)
+    }
+
+    /// Reads `ENGINE:PRESET`, `ENGINE` (with the preset that suits the purpose), or a preset of rapier.
+    pub fn parse(text: &str, purpose: Purpose) -> Result<Self> {
+        match text.split_once(':') {
+            Some((engine, preset)) => Self::named(engine, Some(preset), purpose),
+            None if RapierSettings::PRESETS.contains(&text) => Self::named("rapier", Some(text), purpose),
+            None => Self::named(text, None, purpose),
+        }
+    }
+
+    /// An engine with constants of your own.
+    pub fn custom(settings: EngineSettings) -> Self {
+        Self { engine: settings.engine().into(), preset: "custom".into(), settings: Some(settings) }
     }
 
     /// Checks the names and constants, and that this build has the engine.
     pub fn validate(&self) -> Result<()> {
         let info = EngineInfo::find(&self.engine)?;
-        let given = [("rapier", self.rapier.is_some()), ("prism", self.prism.is_some())];
-        if let Some((of, _)) = given.iter().find(|(of, given)| *given && *of != self.engine) {
-            let reason = format!("are constants of {of}, but the engine is `{}`", self.engine);
-            return Err(Error::argument(format!("physics.{of}"), reason));
-        }
-        match (&self.rapier, &self.prism) {
-            (Some(settings), _) => settings.validate()?,
-            (_, Some(settings)) => settings.validate()?,
-            (None, None) => info.check_preset(&self.preset)?,
+        match &self.settings {
+            None => info.check_preset(&self.preset)?,
+            Some(settings) if settings.engine() == info.id => settings.validate()?,
+            Some(settings) => {
+                let reason = format!("are constants of {}, but the engine is `{}`", settings.engine(), self.engine);
+                return Err(Error::argument("physics.settings", reason));
+            }
         }
         info.check_available()
     }
@@ -132,24 +189,18 @@ impl PhysicsOptions {
 /// Prepares an engine for a scene.
 pub fn engine(options: &PhysicsOptions, scene: Arc<Scene>) -> Result<Arc<dyn Transition>> {
     options.validate()?;
-    let name = |custom: bool| {
-        if custom { format!("{} custom", options.engine) } else { format!("{} {}", options.engine, options.preset) }
+    let preset = if options.settings.is_some() { "custom" } else { &options.preset };
+    let name = format!("{} {preset}", options.engine);
+    let settings = match options.settings {
+        Some(settings) => settings,
+        None => EngineSettings::by_name(&options.engine, &options.preset)?,
     };
-    Ok(match options.engine.as_str() {
-        "rapier" => {
-            let settings = match options.rapier {
-                Some(settings) => settings,
-                None => RapierSettings::by_name(&options.preset)?,
-            };
-            Arc::new(Rapier::with_name(name(options.rapier.is_some()), scene, settings)?)
-        }
-        "prism" => {
-            let settings = match options.prism {
-                Some(settings) => settings,
-                None => PrismSettings::by_name(&options.preset)?,
-            };
-            Arc::new(Prism::with_name(name(options.prism.is_some()), scene, settings)?)
-        }
-        other => return Err(Error::Internal(format!("engine `{other}` is listed but cannot be made"))),
+    Ok(match settings {
+        EngineSettings::Rapier(settings) => Arc::new(Rapier::with_name(name, scene, settings)?),
+        EngineSettings::Prism(settings) => Arc::new(Prism::with_name(name, scene, settings)?),
+        #[cfg(feature = "bullet")]
+        EngineSettings::Bullet(settings) => Arc::new(bullet::Bullet::with_name(name, scene, settings)?),
+        #[cfg(not(feature = "bullet"))]
+        EngineSettings::Bullet(_) => return Err(Error::Internal("bullet is not built but was not refused".into())),
     })
 }

@@ -39,6 +39,8 @@ pub struct PushResult {
     /// Bodies that are outside the workspace now and were inside before, by the workspace's rule
     /// (for all bodies: the planner applies the scope).
     pub left: Mask,
+    /// Bodies that lean, lie or stand on others afterwards (they were upright before). Planar engines report none.
+    pub toppled: Mask,
 }
 
 /// A model of what a push does to every body, prepared for one scene.

@@ -1,5 +1,7 @@
 //! Planners: what they are asked, what they answer, and one file for each system's composition.
 
+mod confirm;
+mod decision;
 mod mcts;
 mod options;
 mod outcome;
@@ -8,7 +10,7 @@ mod pmbs;
 mod recipe;
 mod retrieval;
 
-pub use options::{GraspDecision, PlannerOptions, Variant};
+pub use options::{Confirm, GraspDecision, PlannerOptions, Variant};
 pub use outcome::{Outcome, Plan, PlanStatistics, PlannedAction, RankedAction};
 pub use planner::{Control, Planner};
 pub use recipe::PLANNERS;

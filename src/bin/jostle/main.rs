@@ -6,11 +6,14 @@
 mod args;
 mod bench_push;
 mod bench_search;
+mod crosscheck;
 mod fidelity;
 mod generate;
 mod output;
 mod plan;
 mod plan_file;
+mod progress;
+mod record;
 mod render;
 mod run;
 mod table;
@@ -42,6 +45,8 @@ fn command() -> Outcome<()> {
         Command::Run(args) => run::run(&args),
         Command::Generate(args) => generate::run(&args),
         Command::Fidelity(args) => fidelity::run(&args),
+        Command::Record(args) => record::run(&args),
+        Command::Crosscheck(args) => crosscheck::run(&args),
         Command::Bench(BenchCommand::Push(args)) => bench_push::run(&args),
         Command::Bench(BenchCommand::Search(args)) => bench_search::run(&args),
         Command::Render(args) => render::run(&args),

@@ -58,6 +58,7 @@ impl Prism {
         result.state.clone_from(job.state);
         result.touched = Mask::EMPTY;
         result.left = Mask::EMPTY;
+        result.toppled = Mask::EMPTY;
         let push = &job.push;
         if !push.is_finite() || push.length() < 1e-6 {
             result.status = PushStatus::Illegal { body: None };
@@ -78,6 +79,7 @@ impl Prism {
             return;
         }
         result.touched = world.touched();
+        result.toppled = world.toppled();
         world.read(&self.model, &mut result.state);
         result.status = PushStatus::Executed;
         let workspace = self.scene.workspace();

@@ -14,6 +14,7 @@ pub use friction::{Inertia, LimitSurface, Twist, after_friction};
 pub use settings::RapierSettings;
 
 use self::world::World;
+pub(super) use self::world::free_travel;
 use super::transition::{PushJob, PushResult, PushStatus, Scratch, Transition};
 use crate::error::Result;
 use crate::geom::{Piece, Vec2};
@@ -87,6 +88,7 @@ impl Rapier {
         result.state.clone_from(job.state);
         result.touched = Mask::EMPTY;
         result.left = Mask::EMPTY;
+        result.toppled = Mask::EMPTY;
         let push = &job.push;
         if !push.is_finite() || push.length() < 1e-6 {
             result.status = PushStatus::Illegal { body: None };
@@ -96,7 +98,7 @@ impl Rapier {
             result.status = PushStatus::Illegal { body: Some(body) };
             return;
         }
-        let Some(travel) = world::free_travel(&self.scene, job.state, push, self.settings.border) else {
+        let Some(travel) = free_travel(&self.scene, job.state, push, self.settings.border) else {
             // The tip meets nothing: the world stays as it is, to the bit.
             result.status = PushStatus::Executed;
             return;

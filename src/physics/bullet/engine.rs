@@ -1,0 +1,166 @@
+//! The engine prepared for a scene, and what it does with a push.
+
+use std::sync::Arc;
+
+use super::ffi;
+use super::settings::BulletSettings;
+use super::world::PushWorld;
+use crate::action::Push;
+use crate::error::Result;
+use crate::geom::{Vec2, vec2};
+use crate::physics::rapier::free_travel;
+use crate::physics::transition::{PushJob, PushResult, PushStatus, Scratch, Transition};
+use crate::run::Stop;
+use crate::scene::{Mask, Scene, State};
+
+/// The engine prepared for one scene.
+pub struct Bullet {
+    name: String,
+    pub(super) scene: Arc<Scene>,
+    pub(super) settings: BulletSettings,
+    pub(super) inertias: Vec<[f64; 3]>,
+}
+
+/// How a body stands after a push.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct BodyDetail {
+    /// Angle of its axis from the vertical, radians.
+    pub tilt: f64,
+    /// How far its centre rose from where it rests, metres.
+    pub rise: f64,
+}
+
+impl Bullet {
+    /// Prepares the scene. Fails where another build of Bullet stands in this process in the place of ours.
+    pub fn new(scene: Arc<Scene>, settings: BulletSettings) -> Result<Bullet> {
+        Self::with_name("bullet".into(), scene, settings)
+    }
+
+    pub(in crate::physics) fn with_name(name: String, scene: Arc<Scene>, settings: BulletSettings) -> Result<Bullet> {
+        settings.validate()?;
+        ffi::check_library()?;
+        let inertias = scene
+            .bodies()
+            .iter()
+            .map(|body| {
+                // As Bullet does for a compound: that of a box round the shape, with its margins (3 on each side). The
+                // moment about the vertical is the body's own, which for the originals' blocks is the same.
+                let (low, high) = body.footprint.bounds();
+                let size: Vec2 = high - low + vec2(1.0, 1.0) * (6.0 * settings.margin);
+                let height = body.height + 6.0 * settings.margin;
+                let about = |a: f64| body.mass / 12.0 * (a * a + height * height);
+                [about(size.y), about(size.x), body.inertia]
+            })
+            .collect();
+        Ok(Bullet { name, scene, settings, inertias })
+    }
+
+    pub fn settings(&self) -> &BulletSettings {
+        &self.settings
+    }
+
+    /// A push with what became of every body (in the order of the scene; absent bodies stay as they are).
+    pub fn push_in_detail(&self, job: &PushJob<'_>, stop: &Stop) -> (PushResult, Vec<BodyDetail>) {
+        let mut result = PushResult::default();
+        let mut details = vec![BodyDetail::default(); self.scene.len()];
+        self.push(job, &mut result, &mut details, stop);
+        (result, details)
+    }
+
+    fn push(&self, job: &PushJob<'_>, result: &mut PushResult, details: &mut [BodyDetail], stop: &Stop) {
+        result.state.clone_from(job.state);
+        result.touched = Mask::EMPTY;
+        result.left = Mask::EMPTY;
+        result.toppled = Mask::EMPTY;
+        let push = &job.push;
+        if !push.is_finite() || push.length() < 1e-6 {
+            result.status = PushStatus::Illegal { body: None };
+            return;
+        }
+        if let Some(body) = self.landed_on(job.state, push) {
+            result.status = PushStatus::Illegal { body: Some(body) };
+            return;
+        }
+        let Some(travel) = free_travel(&self.scene, job.state, push, self.settings.margin) else {
+            // The tip meets nothing: the world stays as it is, to the bit.
+            result.status = PushStatus::Executed;
+            return;
+        };
+        let from = (travel - self.settings.approach).max(0.0);
+        match self.simulate(job, from, result, details, stop) {
+            Ok(true) => result.status = PushStatus::Executed,
+            Ok(false) => result.status = PushStatus::Interrupted,
+            // Out of memory, or a world that burst: the push is not to be used.
+            Err(_) => {
+                result.state.clone_from(job.state);
+                result.touched = Mask::EMPTY;
+                result.toppled = Mask::EMPTY;
+                result.status = PushStatus::Illegal { body: None };
+                return;
+            }
+        }
+        let workspace = self.scene.workspace();
+        for (i, pose) in result.state.iter() {
+            let footprint = &self.scene.body(i).footprint;
+            if !workspace.holds(footprint, &pose) && workspace.holds(footprint, &job.state.pose(i)) {
+                result.left.insert(i);
+            }
+        }
+    }
+
+    /// False if the stop was requested on the way.
+    fn simulate(
+        &self,
+        job: &PushJob<'_>,
+        from: f64,
+        result: &mut PushResult,
+        details: &mut [BodyDetail],
+        stop: &Stop,
+    ) -> Result<bool> {
+        let mut world = PushWorld::new(self, job.state, &job.push, from)?;
+        if !world.run(stop)? {
+            return Ok(false);
+        }
+        result.touched = world.touched();
+        result.toppled = world.read(&mut result.state, details)?;
+        Ok(true)
+    }
+
+    /// The body that the tip would come down on: the one it overlaps most.
+    fn landed_on(&self, state: &State, push: &Push) -> Option<usize> {
+        let tip = push.tip_at_start(&self.scene.gripper().push);
+        state
+            .iter()
+            .map(|(i, pose)| (i, tip.gap_to(&self.scene.body(i).footprint, &pose)))
+            .filter(|(_, gap)| *gap < -self.settings.landing_tolerance)
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+            .map(|(i, _)| i)
+    }
+}
+
+impl Transition for Bullet {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    fn scratch(&self) -> Scratch {
+        Box::new(vec![BodyDetail::default(); self.scene.len()])
+    }
+
+    fn step_batch(&self, scratch: &mut Scratch, jobs: &[PushJob<'_>], results: &mut [PushResult], stop: &Stop) {
+        let mut spare = Vec::new();
+        let details = scratch.downcast_mut::<Vec<BodyDetail>>().unwrap_or(&mut spare);
+        details.resize(self.scene.len(), BodyDetail::default());
+        for (job, result) in jobs.iter().zip(results) {
+            if stop.requested() {
+                result.status = PushStatus::Interrupted;
+            } else {
+                self.push(job, result, details, stop);
+            }
+        }
+    }
+}
