@@ -1,6 +1,7 @@
 //! What a push does: the [`Transition`] interface and the engines behind it.
 
 pub mod bullet;
+pub mod lanes;
 mod options;
 pub mod prism;
 pub mod rapier;

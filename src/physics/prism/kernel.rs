@@ -160,6 +160,17 @@ pub fn ground_friction<N: Number>(row: &mut GroundRow<N>, body: &mut Motion<N>) 
 }
 
 #[inline(always)]
+fn velocity_at<N: Number>(m: &Motion<N>, r: [N; 3]) -> [N; 3] {
+    let (v, w) = (m.v, m.w);
+    [v[0] + (w[1] * r[2] - w[2] * r[1]), v[1] + (w[2] * r[0] - w[0] * r[2]), v[2] + (w[0] * r[1] - w[1] * r[0])]
+}
+
+#[inline(always)]
+fn moment<N: Number>(r: [N; 3], p: [N; 3]) -> [N; 3] {
+    [r[1] * p[2] - r[2] * p[1], r[2] * p[0] - r[0] * p[2], r[0] * p[1] - r[1] * p[0]]
+}
+
+#[inline(always)]
 fn twist<N: Number>(body: &mut Motion<N>, t: [N; 3]) {
     let [xx, xy, yy, zz] = body.i;
     body.w[0] = body.w[0] + (xx * t[0] + xy * t[1]);
@@ -198,11 +209,7 @@ pub fn body_friction<N: Number>(row: &mut BodyRow<N>, a: &mut Motion<N>, b: &mut
     let [load, jt, jz, js] = row.impulse;
     let [rt, rz, mt, mz] = row.roll;
     let ([ax, ay, az, i_spin], [bx, by, bz, i_across]) = (row.arm_a, row.arm_b);
-    let at = |m: &Motion<N>, x: N, y: N, z: N| {
-        let (v, w) = (m.v, m.w);
-        [v[0] + (w[1] * z - w[2] * y), v[1] + (w[2] * x - w[0] * z), v[2] + (w[0] * y - w[1] * x)]
-    };
-    let (ua, ub) = (at(a, ax, ay, az), at(b, bx, by, bz));
+    let (ua, ub) = (velocity_at(a, [ax, ay, az]), velocity_at(b, [bx, by, bz]));
     let u = [ub[0] - ua[0], ub[1] - ua[1], ub[2] - ua[2]];
     let across = u[1] * nx - u[0] * ny;
     let slide = in_circle([jt - across * mt, jz - u[2] * mz], friction * load);
@@ -218,13 +225,12 @@ pub fn body_friction<N: Number>(row: &mut BodyRow<N>, a: &mut Motion<N>, b: &mut
     let (ds, dr, du) = (spin - js, roll[0] - rt, roll[1] - rz);
     let p = [load.constant(0.0) - ny * dt, nx * dt, dz];
     let t = [nx * ds - ny * dr, ny * ds + nx * dr, du];
-    let moment = |x: N, y: N, z: N| [y * p[2] - z * p[1], z * p[0] - x * p[2], x * p[1] - y * p[0]];
-    let (ta, tb) = (moment(ax, ay, az), moment(bx, by, bz));
+    let (ta, tb) = (moment([ax, ay, az], p), moment([bx, by, bz], p));
     for k in 0..3 {
         a.v[k] = a.v[k] - a.v[3] * p[k];
         b.v[k] = b.v[k] + b.v[3] * p[k];
     }
     let zero = load.constant(0.0);
-    twist(a, [0, 1, 2].map(|k| zero - (ta[k] + t[k])));
-    twist(b, [0, 1, 2].map(|k| tb[k] + t[k]));
+    twist(a, [zero - (ta[0] + t[0]), zero - (ta[1] + t[1]), zero - (ta[2] + t[2])]);
+    twist(b, [tb[0] + t[0], tb[1] + t[1], tb[2] + t[2]]);
 }

@@ -14,13 +14,17 @@ pub type Span = (u32, u32);
 pub struct Rows {
     pub motion: Vec<Motion<f32>>,
     pub ground: Vec<GroundRow<f32>>,
-    /// The body of each ground row.
-    pub ground_body: Vec<u32>,
+    /// The body of each ground row, twice.
+    pub ground_body: Vec<[u32; 2]>,
     pub bodies: Vec<BodyRow<f32>>,
     /// The bodies of each body row.
     pub body_pair: Vec<[u32; 2]>,
-    /// Sweeps of the last solve.
+    /// Sweeps since the rows were made.
     pub sweeps: u32,
+    /// Greatest change of a normal velocity in the last sweep, m/s.
+    pub change: Real,
+    /// More sweeps are wanted.
+    pub solving: bool,
 }
 
 /// How a manifold's bodies rub against each other.
@@ -107,7 +111,7 @@ impl Rows {
             roll: [0.0, 0.0, rub.rolling, rub.friction],
             mass: [sides[0], sides[1], inverse(m.i[0]), inverse(m.i[2])],
         });
-        self.ground_body.push(body as u32);
+        self.ground_body.push([body as u32; 2]);
     }
 
     /// Shares the manifold's torque impulses (up, about x, about y) among its rows.
@@ -206,12 +210,14 @@ impl Rows {
                 self.motion[body as usize].push(p.map(|x| sign * x), turn);
             }
         }
-        for (row, &body) in self.ground.iter().zip(&self.ground_body) {
+        for (row, &[body, _]) in self.ground.iter().zip(&self.ground_body) {
             let ([n, x, y, s], [rx, ry, ..]) = (row.impulse, row.roll);
             let moment = cross([row.arm[0], row.arm[1], row.arm[2]], [x, y, n]);
             self.motion[body as usize].push([x, y, n], [moment[0] + rx, moment[1] + ry, moment[2] + s]);
         }
         self.sweeps = 0;
+        self.change = 0.0;
+        self.solving = true;
     }
 
     /// The next sweep goes from the last row to the first.
@@ -220,8 +226,16 @@ impl Rows {
         self.sweeps % 2 == 1
     }
 
-    /// One sweep over all rows. Gives the greatest change of a normal velocity.
-    pub fn sweep(&mut self) -> Real {
+    /// Ends the solving where the last sweep changed little or there were enough.
+    pub fn end_sweep(&mut self, iterations: usize, tolerance: Real) {
+        self.solving = self.change >= tolerance && (self.sweeps as usize) < iterations;
+        if self.solving {
+            self.change = 0.0;
+        }
+    }
+
+    /// One sweep over all rows.
+    pub fn sweep(&mut self) {
         let back = self.goes_back();
         let turned = |k: usize, of: usize| if back { of - 1 - k } else { k };
         let mut change: Real = 0.0;
@@ -235,7 +249,7 @@ impl Rows {
         }
         for k in 0..grounds {
             let k = turned(k, grounds);
-            let body = &mut self.motion[self.ground_body[k] as usize];
+            let body = &mut self.motion[self.ground_body[k][0] as usize];
             change = change.max(kernel::ground_normal(&mut self.ground[k], body));
         }
         for k in 0..bodies {
@@ -247,10 +261,10 @@ impl Rows {
         }
         for k in 0..grounds {
             let k = turned(k, grounds);
-            let body = &mut self.motion[self.ground_body[k] as usize];
+            let body = &mut self.motion[self.ground_body[k][0] as usize];
             kernel::ground_friction(&mut self.ground[k], body);
         }
         self.sweeps += 1;
-        change
+        self.change = change;
     }
 }

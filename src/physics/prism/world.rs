@@ -8,7 +8,6 @@ use super::settings::PrismSettings;
 use super::solver::{Rows, Rubbing, Span};
 use crate::action::Push;
 use crate::geom::{Pose2, Vec2};
-use crate::run::Stop;
 use crate::scene::{Mask, State};
 
 /// Pairs nearer than this (beyond the reach of contacts) are looked at every step; the list is made anew when bodies
@@ -17,13 +16,15 @@ const SKIN: Real = 0.006;
 /// The world is this far beyond any reach of contacts, metres: a tall body's lean.
 const LEAN: Real = 0.003;
 
-/// How a push ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum End {
+/// What a world waits for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+enum Phase {
+    #[default]
     Done,
-    Interrupted,
-    /// A body leans too far; see [`World::toppled`].
-    Toppled,
+    /// The tip moves for so many steps more.
+    Pushing(u32),
+    /// The tip is gone; bodies come to rest within so many steps.
+    Settling(u32),
 }
 
 /// Two pieces that are near each other.
@@ -78,7 +79,7 @@ pub struct World {
     poses: Vec<Pose>,
     awake: Vec<bool>,
     velocity: Vec<([Real; 3], [Real; 3])>,
-    rows: Rows,
+    pub rows: Rows,
     /// All pieces' corners and normals at their places.
     corners: Vec<Flat>,
     normals: Vec<Flat>,
@@ -92,6 +93,7 @@ pub struct World {
     /// Greatest way that a body can have moved since the list of pairs was made.
     moved: Real,
     tip_is_down: bool,
+    phase: Phase,
     touched: Mask,
     toppled: Mask,
     /// Steps and sweeps of this push.
@@ -100,8 +102,8 @@ pub struct World {
 }
 
 impl World {
-    /// Fills the world: the tip has travelled `travel` metres from the push's start. Returns the number of steps.
-    pub fn fill(&mut self, model: &Model, settings: &PrismSettings, state: &State, push: &Push, travel: f64) -> usize {
+    /// Fills the world: the tip has travelled `travel` metres from the push's start.
+    pub fn fill(&mut self, model: &Model, settings: &PrismSettings, state: &State, push: &Push, travel: f64) {
         let tip = model.tip();
         self.origin = push.start();
         self.present.clear();
@@ -145,7 +147,7 @@ impl World {
 
         self.list_pairs(model, settings);
         self.give_way(model, settings);
-        steps as usize
+        self.phase = Phase::Pushing(steps as u32);
     }
 
     fn place(&mut self, model: &Model, body: usize, at: Vec2, theta: f64, z: Real) {
@@ -284,31 +286,50 @@ impl World {
         touch(self.outline_of(a, p), self.outline_of(b, q), reach, &mut pair.axis)
     }
 
-    /// Pushes, lifts the tip and lets the bodies come to rest.
-    pub fn run(&mut self, model: &Model, settings: &PrismSettings, steps: usize, stop: &Stop) -> End {
-        for _ in 0..steps {
-            if stop.requested() {
-                return End::Interrupted;
-            }
-            if !self.step(model, settings) {
-                return End::Toppled;
+    /// Prepares the next step up to where its impulses are to be solved for. False if the push is over.
+    pub fn begin_step(&mut self, model: &Model, settings: &PrismSettings) -> bool {
+        if self.phase == Phase::Pushing(0) {
+            self.tip_is_down = false;
+            self.list_pairs(model, settings);
+            self.phase = Phase::Settling((settings.settle_time / settings.time_step).ceil() as u32);
+        }
+        if let Phase::Settling(left) = self.phase
+            && (left == 0 || self.at_rest(settings))
+        {
+            self.phase = Phase::Done;
+        }
+        if self.phase == Phase::Done {
+            return false;
+        }
+        if 2.0 * self.moved > SKIN {
+            self.list_pairs(model, settings);
+        }
+        self.find_contacts(model, settings);
+        self.set_motions(model, settings);
+        self.make_rows(model, settings);
+        self.rows.warm_start();
+        true
+    }
+
+    /// Moves the bodies by the velocities that were solved for.
+    pub fn end_step(&mut self, model: &Model, settings: &PrismSettings) {
+        self.steps += 1;
+        self.sweeps += self.rows.sweeps;
+        self.take_impulses(model, settings);
+        self.integrate(model, settings.time_step as Real);
+        let limit = settings.topple_tilt as Real;
+        for &i in &self.present {
+            let tilt = self.poses[i as usize].tilt;
+            if tilt[0].abs() > limit || tilt[1].abs() > limit {
+                self.toppled.insert(i as usize);
             }
         }
-        self.tip_is_down = false;
-        self.list_pairs(model, settings);
-        let settle = (settings.settle_time / settings.time_step).ceil() as usize;
-        for _ in 0..settle {
-            if self.at_rest(settings) {
-                break;
-            }
-            if stop.requested() {
-                return End::Interrupted;
-            }
-            if !self.step(model, settings) {
-                return End::Toppled;
-            }
-        }
-        End::Done
+        self.phase = match self.phase {
+            _ if !self.toppled.is_empty() => Phase::Done,
+            Phase::Pushing(left) => Phase::Pushing(left - 1),
+            Phase::Settling(left) => Phase::Settling(left - 1),
+            Phase::Done => Phase::Done,
+        };
     }
 
     pub fn touched(&self) -> Mask {
@@ -347,31 +368,6 @@ impl World {
             let (v, w) = &self.velocity[i as usize];
             !self.awake[i as usize] || (v[0] * v[0] + v[1] * v[1] < limit * limit && w[2].abs() * 0.03 < limit)
         })
-    }
-
-    /// One time step; false if a body leans too far.
-    fn step(&mut self, model: &Model, settings: &PrismSettings) -> bool {
-        let dt = settings.time_step as Real;
-        if 2.0 * self.moved > SKIN {
-            self.list_pairs(model, settings);
-        }
-        self.find_contacts(model, settings);
-        self.set_motions(model, settings);
-        self.make_rows(model, settings);
-        self.rows.warm_start();
-        while self.rows.sweep() >= settings.tolerance as Real && (self.rows.sweeps as usize) < settings.iterations {}
-        self.steps += 1;
-        self.sweeps += self.rows.sweeps;
-        self.take_impulses(model, settings);
-        self.integrate(model, dt);
-        let limit = settings.topple_tilt as Real;
-        for &i in &self.present {
-            let tilt = self.poses[i as usize].tilt;
-            if tilt[0].abs() > limit || tilt[1].abs() > limit {
-                self.toppled.insert(i as usize);
-            }
-        }
-        self.toppled.is_empty()
     }
 
     fn find_contacts(&mut self, model: &Model, settings: &PrismSettings) {
