@@ -93,48 +93,53 @@ impl<'a, R> Walk<'a, R> {
         }
     }
 
+    /// The row at which it is, and the body of a row of the ground.
     #[inline(always)]
-    fn row_mut(&mut self) -> &mut R {
-        &mut self.rows[self.at]
+    fn ground(&mut self) -> (&mut R, &mut Motion<f32>) {
+        let [body, _] = self.bodies[self.at];
+        (&mut self.rows[self.at], &mut self.motion[body as usize])
     }
 
+    /// The row at which it is, and its two bodies.
     #[inline(always)]
-    fn row(&self) -> &R {
-        &self.rows[self.at]
-    }
-
-    #[inline(always)]
-    fn body(&self, which: usize) -> &Motion<f32> {
-        &self.motion[self.bodies[self.at][which] as usize]
-    }
-
-    #[inline(always)]
-    fn body_mut(&mut self, which: usize) -> &mut Motion<f32> {
-        &mut self.motion[self.bodies[self.at][which] as usize]
+    fn pair(&mut self) -> (&mut R, &mut Motion<f32>, &mut Motion<f32>) {
+        let [a, b] = self.bodies[self.at];
+        let (low, high) = (a.min(b) as usize, a.max(b) as usize);
+        let (lower, upper) = self.motion.split_at_mut(high);
+        let (first, second) = (&mut lower[low], &mut upper[0]);
+        let row = &mut self.rows[self.at];
+        if a < b { (row, first, second) } else { (row, second, first) }
     }
 }
 
-#[inline(always)]
-fn load<S: Simd8, R>(s: S, walks: &[Walk<'_, R>; LANES], four: impl Fn(&Walk<'_, R>) -> Four<f32>) -> Four<Wide<S>> {
-    // Written out: closures of the standard library's array functions are not always inlined.
-    let w = walks;
-    let rows = [four(&w[0]), four(&w[1]), four(&w[2]), four(&w[3]), four(&w[4]), four(&w[5]), four(&w[6]), four(&w[7])];
-    let [a, b, c, d] = s.columns(rows);
-    [Wide(s, a), Wide(s, b), Wide(s, c), Wide(s, d)]
+/// A group of four of each of eight places, written out: closures that go through the standard library's array
+/// functions are not always inlined.
+macro_rules! load {
+    ($s:expr, $places:expr, $($field:tt)+) => {{
+        let [p0, p1, p2, p3, p4, p5, p6, p7] = &$places;
+        let [a, b, c, d] = $s.columns([
+            p0.$($field)+, p1.$($field)+, p2.$($field)+, p3.$($field)+,
+            p4.$($field)+, p5.$($field)+, p6.$($field)+, p7.$($field)+,
+        ]);
+        [Wide($s, a), Wide($s, b), Wide($s, c), Wide($s, d)]
+    }};
 }
 
-#[inline(always)]
-fn store<S: Simd8, R>(
-    s: S,
-    walks: &mut [Walk<'_, R>; LANES],
-    four: Four<Wide<S>>,
-    mut put: impl FnMut(&mut Walk<'_, R>, Four<f32>),
-) {
-    let [a, b, c, d] = four;
-    let rows = s.rows([a.1, b.1, c.1, d.1]);
-    for l in 0..LANES {
-        put(&mut walks[l], rows[l]);
-    }
+macro_rules! store {
+    ($s:expr, $places:expr, $four:expr, $($field:tt)+) => {{
+        let [a, b, c, d] = $four;
+        let rows = $s.rows([a.1, b.1, c.1, d.1]);
+        for (place, row) in $places.iter_mut().zip(rows) {
+            place.$($field)+ = row;
+        }
+    }};
+}
+
+macro_rules! places {
+    ($walks:expr, $method:ident) => {{
+        let [w0, w1, w2, w3, w4, w5, w6, w7] = $walks;
+        [w0.$method(), w1.$method(), w2.$method(), w3.$method(), w4.$method(), w5.$method(), w6.$method(), w7.$method()]
+    }};
 }
 
 #[inline(always)]
@@ -296,249 +301,89 @@ fn ground_part<S: Simd8>(
 }
 
 #[inline(always)]
-fn body<S: Simd8, R>(s: S, walks: &[Walk<'_, R>; LANES], which: usize, with_inertia: bool) -> Motion<Wide<S>> {
-    Motion {
-        v: load(
-            s,
-            walks,
-            #[inline(always)]
-            |w| w.body(which).v,
-        ),
-        w: load(
-            s,
-            walks,
-            #[inline(always)]
-            |w| w.body(which).w,
-        ),
-        i: if with_inertia {
-            load(
-                s,
-                walks,
-                #[inline(always)]
-                |w| w.body(which).i,
-            )
-        } else {
-            zeros(s)
-        },
-    }
-}
-
-#[inline(always)]
-fn put_body<S: Simd8, R>(s: S, walks: &mut [Walk<'_, R>; LANES], which: usize, body: Motion<Wide<S>>) {
-    store(
-        s,
-        walks,
-        body.v,
-        #[inline(always)]
-        |w, v| w.body_mut(which).v = v,
-    );
-    store(
-        s,
-        walks,
-        body.w,
-        #[inline(always)]
-        |w, x| w.body_mut(which).w = x,
-    );
-}
-
-#[inline(always)]
 fn ground_normals<S: Simd8>(s: S, walks: &mut [Walk<'_, GroundRow<f32>>; LANES]) -> Wide<S> {
+    let mut at = places!(walks, ground);
     let mut row = GroundRow {
-        arm: load(
-            s,
-            walks,
-            #[inline(always)]
-            |w| w.row().arm,
-        ),
-        lift: load(
-            s,
-            walks,
-            #[inline(always)]
-            |w| w.row().lift,
-        ),
-        impulse: load(
-            s,
-            walks,
-            #[inline(always)]
-            |w| w.row().impulse,
-        ),
+        arm: load!(s, at, 0.arm),
+        lift: load!(s, at, 0.lift),
+        impulse: load!(s, at, 0.impulse),
         roll: zeros(s),
         mass: zeros(s),
     };
-    let mut motion = body(s, walks, 0, false);
-    let change = kernel::ground_normal(&mut row, &mut motion);
-    put_body(s, walks, 0, motion);
-    store(
-        s,
-        walks,
-        row.impulse,
-        #[inline(always)]
-        |w, x| w.row_mut().impulse = x,
-    );
+    let mut body = Motion { v: load!(s, at, 1.v), w: load!(s, at, 1.w), i: zeros(s) };
+    let change = kernel::ground_normal(&mut row, &mut body);
+    store!(s, at, body.v, 1.v);
+    store!(s, at, body.w, 1.w);
+    store!(s, at, row.impulse, 0.impulse);
     change
 }
 
 #[inline(always)]
 fn ground_frictions<S: Simd8>(s: S, walks: &mut [Walk<'_, GroundRow<f32>>; LANES]) -> Wide<S> {
+    let mut at = places!(walks, ground);
     let mut row = GroundRow {
-        arm: load(
-            s,
-            walks,
-            #[inline(always)]
-            |w| w.row().arm,
-        ),
+        arm: load!(s, at, 0.arm),
         lift: zeros(s),
-        impulse: load(
-            s,
-            walks,
-            #[inline(always)]
-            |w| w.row().impulse,
-        ),
-        roll: load(
-            s,
-            walks,
-            #[inline(always)]
-            |w| w.row().roll,
-        ),
-        mass: load(
-            s,
-            walks,
-            #[inline(always)]
-            |w| w.row().mass,
-        ),
+        impulse: load!(s, at, 0.impulse),
+        roll: load!(s, at, 0.roll),
+        mass: load!(s, at, 0.mass),
     };
-    let mut motion = body(s, walks, 0, true);
-    kernel::ground_friction(&mut row, &mut motion);
-    put_body(s, walks, 0, motion);
-    store(
-        s,
-        walks,
-        row.impulse,
-        #[inline(always)]
-        |w, x| w.row_mut().impulse = x,
-    );
-    store(
-        s,
-        walks,
-        row.roll,
-        #[inline(always)]
-        |w, x| w.row_mut().roll = x,
-    );
+    let mut body = Motion { v: load!(s, at, 1.v), w: load!(s, at, 1.w), i: load!(s, at, 1.i) };
+    kernel::ground_friction(&mut row, &mut body);
+    store!(s, at, body.v, 1.v);
+    store!(s, at, body.w, 1.w);
+    store!(s, at, row.impulse, 0.impulse);
+    store!(s, at, row.roll, 0.roll);
     Wide(s, s.splat(0.0))
 }
 
 #[inline(always)]
 fn body_normals<S: Simd8>(s: S, walks: &mut [Walk<'_, BodyRow<f32>>; LANES]) -> Wide<S> {
+    let mut at = places!(walks, pair);
     let mut row = BodyRow {
-        normal: load(
-            s,
-            walks,
-            #[inline(always)]
-            |w| w.row().normal,
-        ),
-        moment_a: load(
-            s,
-            walks,
-            #[inline(always)]
-            |w| w.row().moment_a,
-        ),
-        moment_b: load(
-            s,
-            walks,
-            #[inline(always)]
-            |w| w.row().moment_b,
-        ),
-        turn_a: load(
-            s,
-            walks,
-            #[inline(always)]
-            |w| w.row().turn_a,
-        ),
-        turn_b: load(
-            s,
-            walks,
-            #[inline(always)]
-            |w| w.row().turn_b,
-        ),
-        impulse: load(
-            s,
-            walks,
-            #[inline(always)]
-            |w| w.row().impulse,
-        ),
+        normal: load!(s, at, 0.normal),
+        moment_a: load!(s, at, 0.moment_a),
+        moment_b: load!(s, at, 0.moment_b),
+        turn_a: load!(s, at, 0.turn_a),
+        turn_b: load!(s, at, 0.turn_b),
+        impulse: load!(s, at, 0.impulse),
         roll: zeros(s),
         arm_a: zeros(s),
         arm_b: zeros(s),
     };
-    let (mut a, mut b) = (body(s, walks, 0, false), body(s, walks, 1, false));
+    let mut a = Motion { v: load!(s, at, 1.v), w: load!(s, at, 1.w), i: zeros(s) };
+    let mut b = Motion { v: load!(s, at, 2.v), w: load!(s, at, 2.w), i: zeros(s) };
     let change = kernel::body_normal(&mut row, &mut a, &mut b);
-    put_body(s, walks, 0, a);
-    put_body(s, walks, 1, b);
-    store(
-        s,
-        walks,
-        row.impulse,
-        #[inline(always)]
-        |w, x| w.row_mut().impulse = x,
-    );
+    store!(s, at, a.v, 1.v);
+    store!(s, at, a.w, 1.w);
+    store!(s, at, b.v, 2.v);
+    store!(s, at, b.w, 2.w);
+    store!(s, at, row.impulse, 0.impulse);
     change
 }
 
 #[inline(always)]
 fn body_frictions<S: Simd8>(s: S, walks: &mut [Walk<'_, BodyRow<f32>>; LANES]) -> Wide<S> {
+    let mut at = places!(walks, pair);
     let mut row = BodyRow {
-        normal: load(
-            s,
-            walks,
-            #[inline(always)]
-            |w| w.row().normal,
-        ),
+        normal: load!(s, at, 0.normal),
         moment_a: zeros(s),
         moment_b: zeros(s),
         turn_a: zeros(s),
         turn_b: zeros(s),
-        impulse: load(
-            s,
-            walks,
-            #[inline(always)]
-            |w| w.row().impulse,
-        ),
-        roll: load(
-            s,
-            walks,
-            #[inline(always)]
-            |w| w.row().roll,
-        ),
-        arm_a: load(
-            s,
-            walks,
-            #[inline(always)]
-            |w| w.row().arm_a,
-        ),
-        arm_b: load(
-            s,
-            walks,
-            #[inline(always)]
-            |w| w.row().arm_b,
-        ),
+        impulse: load!(s, at, 0.impulse),
+        roll: load!(s, at, 0.roll),
+        arm_a: load!(s, at, 0.arm_a),
+        arm_b: load!(s, at, 0.arm_b),
     };
-    let (mut a, mut b) = (body(s, walks, 0, true), body(s, walks, 1, true));
+    let mut a = Motion { v: load!(s, at, 1.v), w: load!(s, at, 1.w), i: load!(s, at, 1.i) };
+    let mut b = Motion { v: load!(s, at, 2.v), w: load!(s, at, 2.w), i: load!(s, at, 2.i) };
     kernel::body_friction(&mut row, &mut a, &mut b);
-    put_body(s, walks, 0, a);
-    put_body(s, walks, 1, b);
-    store(
-        s,
-        walks,
-        row.impulse,
-        #[inline(always)]
-        |w, x| w.row_mut().impulse = x,
-    );
-    store(
-        s,
-        walks,
-        row.roll,
-        #[inline(always)]
-        |w, x| w.row_mut().roll = x,
-    );
+    store!(s, at, a.v, 1.v);
+    store!(s, at, a.w, 1.w);
+    store!(s, at, b.v, 2.v);
+    store!(s, at, b.w, 2.w);
+    store!(s, at, row.impulse, 0.impulse);
+    store!(s, at, row.roll, 0.roll);
     Wide(s, s.splat(0.0))
 }
