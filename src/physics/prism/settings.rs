@@ -109,7 +109,7 @@ impl PrismSettings {
     pub fn fast() -> Self {
         Self {
             time_step: 1.0 / 120.0,
-            iterations: 10,
+            iterations: 12,
             correction: 0.16,
             body_breaking: 0.05,
             ground_breaking: 0.08,

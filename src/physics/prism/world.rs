@@ -1,6 +1,6 @@
 //! The world of one push: filled from the state, stepped, read out. Its memory is used again by the next push.
 
-use super::collide::{Outline, Touch, dot, sub, touch};
+use super::collide::{Axes, Outline, Touch, dot, sub, touch};
 use super::contact::{BodyPoint, GroundPoint, Manifold, Pose};
 use super::kernel::Motion;
 use super::model::{Flat, Model, Real, Shape};
@@ -40,7 +40,7 @@ struct Pair {
     friction: Real,
     rolling: Real,
     /// See [`touch`].
-    axis: u32,
+    axes: Axes,
     manifold: Manifold<BodyPoint>,
 }
 
@@ -83,7 +83,7 @@ pub struct World {
     /// All pieces' corners and normals at their places.
     corners: Vec<Flat>,
     normals: Vec<Flat>,
-    discs: Vec<Flat>,
+    middles: Vec<Flat>,
     bounds: Vec<Bounds>,
     ground: Vec<Manifold<GroundPoint>>,
     pairs: Vec<Pair>,
@@ -117,7 +117,7 @@ impl World {
         self.rows.motion.resize(tip + 1, Motion::default());
         self.corners.resize(model.corners.len(), [0.0; 2]);
         self.normals.resize(model.corners.len(), [0.0; 2]);
-        self.discs.resize(model.pieces.len(), [0.0; 2]);
+        self.middles.resize(model.pieces.len(), [0.0; 2]);
         self.bounds.resize(model.pieces.len(), Bounds::default());
         self.ground.resize(model.pieces.len(), Manifold::default());
         self.ground.iter_mut().for_each(Manifold::clear);
@@ -169,10 +169,10 @@ impl World {
         for p in first as usize..end as usize {
             let shape = &model.pieces[p];
             let mut bounds = Bounds { low: [Real::INFINITY; 2], high: [Real::NEG_INFINITY; 2] };
-            if let Some(centre) = shape.disc {
-                let r = pose.turn(centre);
-                let c = [pose.at[0] + r[0], pose.at[1] + r[1]];
-                self.discs[p] = c;
+            let r = pose.turn(shape.middle);
+            let c = [pose.at[0] + r[0], pose.at[1] + r[1]];
+            self.middles[p] = c;
+            if shape.is_disc {
                 self.bounds[p] = Bounds { low: c, high: c };
                 continue;
             }
@@ -190,11 +190,12 @@ impl World {
 
     #[inline]
     fn outline_of(&self, shape: &Shape, piece: usize) -> Outline<'_> {
-        if shape.disc.is_some() {
-            return Outline::Disc(self.discs[piece]);
+        let middle = self.middles[piece];
+        if shape.is_disc {
+            return Outline::Disc(middle);
         }
         let range = shape.corners.0 as usize..shape.corners.1 as usize;
-        Outline::Polygon { corners: &self.corners[range.clone()], normals: &self.normals[range] }
+        Outline::Polygon { corners: &self.corners[range.clone()], normals: &self.normals[range], middle }
     }
 
     /// Makes the list of near pairs anew, the tip's first; known ones keep their contacts.
@@ -256,7 +257,7 @@ impl World {
                     slack: 0.0,
                     friction: body_a.friction * body_b.friction,
                     rolling: body_a.friction * body_b.rolling + body_b.friction * body_a.rolling,
-                    axis: 0,
+                    axes: [0; 2],
                     manifold: Manifold::default(),
                 });
             }
@@ -283,7 +284,7 @@ impl World {
             return None;
         }
         let (a, b) = (&model.pieces[p], &model.pieces[q]);
-        touch(self.outline_of(a, p), self.outline_of(b, q), reach, &mut pair.axis)
+        touch(self.outline_of(a, p), self.outline_of(b, q), reach, &mut pair.axes)
     }
 
     /// Prepares the next step up to where its impulses are to be solved for. False if the push is over.
