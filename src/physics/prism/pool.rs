@@ -8,8 +8,8 @@ use crate::physics::lanes::InstructionSet;
 use crate::physics::transition::{PushJob, PushResult, PushStatus};
 use crate::run::Stop;
 
-/// Worlds of a pool. Two for each lane even out the lengths of their lists; more would not fit the cache.
-pub const WORLDS: usize = 16;
+/// Worlds of a pool: some more than lanes, to even out the lengths of their lists; still more fall out of the cache.
+pub const WORLDS: usize = 12;
 /// With fewer worlds than this each is swept by itself.
 const FEW: usize = 2;
 
