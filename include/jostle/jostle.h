@@ -278,6 +278,21 @@ typedef struct jostle_workspace {
   uint32_t reserved;
 } jostle_workspace;
 
+/// Where a body is wanted.
+typedef struct jostle_goal {
+  /// Set by jostle_goal_default().
+  uint32_t struct_size;
+  /// Turns about the body's origin that look the same: 1 (the default) none, 2 half a turn, 4 a square's, 0 any. A
+  /// disc about its origin counts as 0 whatever is given.
+  uint32_t symmetry;
+  /// Of the body's frame in the world.
+  struct jostle_pose2 pose;
+  /// A body whose origin is at most this far from the goal's is there, metres: 5 mm by default.
+  double position_tolerance;
+  /// And whose heading differs by at most this, radians: 3 degrees by default.
+  double rotation_tolerance;
+} jostle_goal;
+
 /// How far a decision is.
 typedef struct jostle_progress {
   /// Set by jostle_progress_default().
@@ -306,7 +321,8 @@ typedef struct jostle_planner_options {
   /// Worker threads; 0 runs everything on the caller. Never changes a plan made within a limit of iterations.
   /// JOSTLE_THREADS_OF_CONTEXT by default.
   uint32_t threads;
-  /// "pmbs" or "mcts"; null (the default) for "pmbs".
+  /// "pmbs" or "mcts" to retrieve a target, "untangle", "pmmr" or "hbfs" to bring bodies to the scene's goals; null
+  /// (the default) for "pmbs". The options on pushes, grasps and engines are for retrieval only.
   const char *planner;
   /// Engine that predicts what a push does: "rapier", "planar", "prism" or "bullet"; null (the default) for the
   /// planner's own.
@@ -377,11 +393,11 @@ typedef struct jostle_push {
 
 /// One action. Frozen: never changes.
 typedef struct jostle_action {
-  /// JOSTLE_ACTION_PUSH or JOSTLE_ACTION_GRASP.
+  /// One of the JOSTLE_ACTION_ values.
   jostle_action_kind kind;
   /// 0.
   uint32_t reserved;
-  /// The body that a grasp takes or a push was aimed at; zero for a push aimed at none.
+  /// The body that a grasp takes, a move moves or a push was aimed at; zero for a push aimed at none.
   struct jostle_body body;
   struct jostle_push push;
   struct jostle_grasp grasp;
@@ -534,6 +550,14 @@ typedef int32_t jostle_effect;
 /// A vertical two-finger grasp; `grasp` says which, `push` is zero.
 #define JOSTLE_ACTION_GRASP 2
 
+/// A pick-and-place of `body` in a rearrangement: `push` goes from where it is picked to where it is placed, `grasp` is
+/// zero. jostle_plan_waypoints gives both poses.
+#define JOSTLE_ACTION_PICK_PLACE 3
+
+/// A drag of `body` along the table in a rearrangement: `push` goes from where it begins to where it ends, `grasp` is
+/// zero. jostle_plan_waypoints gives the way.
+#define JOSTLE_ACTION_DRAG 4
+
 /// Its frame's origin is outside (the default).
 #define JOSTLE_LEAVE_CENTRE 1
 
@@ -561,13 +585,13 @@ typedef int32_t jostle_effect;
 /// It ended; jostle_job_take_plan gives its plan, or says why there is none.
 #define JOSTLE_JOB_DONE 2
 
-/// The plan ends with the target grasped, in the planner's model.
+/// The plan ends with the target grasped, or with every body at its goal, in the planner's model.
 #define JOSTLE_OUTCOME_SOLVED 1
 
-/// The search ended by itself without a grasp; the plan holds the best pushes found.
+/// The search ended by itself without a grasp, or short of the goals; the plan holds the best actions found.
 #define JOSTLE_OUTCOME_PARTIAL 2
 
-/// Nothing can be done: no grasp, and no legal push. The plan holds no actions.
+/// Nothing can be done: no grasp, and no legal push or move. The plan holds no actions.
 #define JOSTLE_OUTCOME_INFEASIBLE 3
 
 /// A limit was reached first; the plan holds the best found so far.
@@ -1002,7 +1026,44 @@ jostle_status jostle_scene_get_friction(const struct jostle_scene *scene,
 /// Errors: ARGUMENT (not finite, out of 0..0.05), HANDLE, BUSY, POISONED.
 jostle_status jostle_scene_set_overlap_tolerance(struct jostle_scene *scene, double metres);
 
-/// Reads a problem's file (JSON, see docs/scene-format.md): the scene, and the body to retrieve.
+/// Sets every field to its default; `size` is sizeof(jostle_goal) as the caller was compiled. jostle_goal_default() in
+/// this header does it for you.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: the caller.
+/// Errors: ARGUMENT (null, a size that no version has).
+jostle_status jostle_goal_init(struct jostle_goal *goal,
+                               size_t size);
+
+/// Says where a body is wanted; planners of rearrangements bring it there. Whether the goals fit each other is checked
+/// when a planner is given the scene. A body without a goal may end anywhere.
+///
+/// Thread: exclusive use of scene.
+/// RT: no.
+/// Nullable: goal (takes the body's goal away).
+/// Owns: `goal` is copied.
+/// Errors: ARGUMENT (null, zero body, a field of goal: the message names it), HANDLE, BUSY, NOT_FOUND, POISONED, ABI.
+/// On failure the scene is unchanged.
+jostle_status jostle_scene_set_goal(struct jostle_scene *scene,
+                                    struct jostle_body body,
+                                    const struct jostle_goal *goal);
+
+/// Where a body is wanted.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: the caller; goal->struct_size says how much is written.
+/// Errors: ARGUMENT (null, zero body, goal not initialised), HANDLE, BUSY, NOT_FOUND (the body, or it has no goal),
+/// POISONED.
+jostle_status jostle_scene_get_goal(const struct jostle_scene *scene,
+                                    struct jostle_body body,
+                                    struct jostle_goal *goal);
+
+/// Reads a problem's file (JSON, see docs/scene-format.md): the scene, and the body to retrieve. Of a rearrangement, the
+/// scene with its goals, and zero.
 ///
 /// Thread: any.
 /// RT: no.
@@ -1014,14 +1075,15 @@ jostle_status jostle_scene_read(const struct jostle_context *context,
                                 struct jostle_scene **scene,
                                 struct jostle_body *target);
 
-/// Writes the problem of retrieving `target` as a file (JSON) that jostle_scene_read and the command-line tool read.
+/// Writes the problem of retrieving `target`, or with a zero target that of bringing the bodies to their goals, as a
+/// file (JSON) that jostle_scene_read and the command-line tool read.
 ///
 /// Thread: shared use of scene.
 /// RT: no.
 /// Nullable: none.
 /// Owns: nothing.
-/// Errors: ARGUMENT (null, not UTF-8, zero target, absent target, bodies that overlap), HANDLE, BUSY, NOT_FOUND (target),
-/// IO, POISONED.
+/// Errors: ARGUMENT (null, not UTF-8, zero target of a scene without goals, absent target, bodies that overlap, goals
+/// that do not fit), HANDLE, BUSY, NOT_FOUND (target), IO, POISONED.
 jostle_status jostle_scene_write(const struct jostle_scene *scene,
                                  struct jostle_body target,
                                  const char *path);
@@ -1152,7 +1214,8 @@ jostle_status jostle_planner_new(const struct jostle_context *context,
 /// Errors: none returned; a dead handle leaves a message in jostle_last_error().
 void jostle_planner_free(struct jostle_planner *planner);
 
-/// Decides what to do to retrieve `target`, within the planner's limits, and waits for it. The search tree that
+/// Decides what to do to retrieve `target`, within the planner's limits, and waits for it. A planner of rearrangements
+/// is given a zero target, and brings the scene's bodies to their goals. The search tree that
 /// jostle_planner_advance kept is used if the scene is the one that was expected. The scene may be changed by other
 /// threads meanwhile: the planner has its own copy.
 ///
@@ -1348,6 +1411,32 @@ jostle_status jostle_plan_actions(const struct jostle_plan *plan,
                                   struct jostle_action *buffer,
                                   size_t capacity,
                                   size_t *count);
+
+/// Copies the poses of one action of a rearrangement, from 0: where the body is picked and where it is placed, or all
+/// waypoints of a drag. Between two of them the body moves straight and turns the shorter way round.
+///
+/// Thread: shared use of plan.
+/// RT: no.
+/// Nullable: buffer (with capacity 0: asks for the count).
+/// Owns: the caller owns the buffer.
+/// Errors: ARGUMENT (null), HANDLE, BUFFER (count was written), NOT_FOUND (the plan has no such action, or it is a push
+/// or a grasp).
+jostle_status jostle_plan_waypoints(const struct jostle_plan *plan,
+                                    size_t index,
+                                    struct jostle_pose2 *buffer,
+                                    size_t capacity,
+                                    size_t *count);
+
+/// What the moves of a rearrangement cost: the way with its fixed parts in metres, and the robot's time in seconds.
+///
+/// Thread: shared use of plan.
+/// RT: yes.
+/// Nullable: metres, seconds.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null plan), HANDLE, NOT_FOUND (a plan of a retrieval).
+jostle_status jostle_plan_cost(const struct jostle_plan *plan,
+                               double *metres,
+                               double *seconds);
 
 /// The search's value of one action, from 0.
 ///
@@ -1552,6 +1641,13 @@ static inline jostle_gripper jostle_gripper_default(void) {
 static inline jostle_workspace jostle_workspace_default(void) {
     jostle_workspace value;
     jostle_workspace_init(&value, sizeof value);
+    return value;
+}
+
+/// All defaults, with the size that this header knows.
+static inline jostle_goal jostle_goal_default(void) {
+    jostle_goal value;
+    jostle_goal_init(&value, sizeof value);
     return value;
 }
 

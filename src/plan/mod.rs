@@ -7,6 +7,7 @@ mod options;
 mod outcome;
 mod planner;
 mod pmbs;
+pub mod rearrange;
 mod recipe;
 mod retrieval;
 

@@ -48,12 +48,14 @@ pub enum BenchCommand {
     Push(BenchPushArgs),
     /// The search: cost of its bookkeeping, punctuality, reaction to cancelling, sameness at any number of threads
     Search(BenchSearchArgs),
+    /// Path queries of one body among others: answers a second, on one thread
+    Path(BenchPathArgs),
 }
 
 /// How a planner is set up.
 #[derive(Debug, Clone, Args)]
 pub struct PlannerArgs {
-    /// The planner: pmbs (parallel waves) or mcts (serial)
+    /// The planner: pmbs (parallel waves) or mcts (serial); for rearrangements untangle, pmmr or hbfs
     #[arg(long, default_value = "pmbs", value_name = "NAME")]
     pub planner: String,
     #[command(flatten)]
@@ -244,7 +246,7 @@ pub struct PlanArgs {
 
 #[derive(Debug, Args)]
 pub struct RunArgs {
-    /// A folder of scenes, a single scene, or generated:N[:SEED]
+    /// A folder of scenes, a single scene, generated:N[:SEED], or rearrange for the 40 rearrangements of this tool
     #[arg(value_name = "SUITE", required_unless_present = "suite_option")]
     pub suite: Option<String>,
     /// The same by name
@@ -260,6 +262,12 @@ pub struct RunArgs {
     /// A trial fails after this many actions [default: 16 with the pmbs profile, else 30]
     #[arg(long, value_name = "N")]
     pub max_actions: Option<usize>,
+    /// Execute every plan to its end instead of planning anew after each action (rearrangements)
+    #[arg(long)]
+    pub open_loop: bool,
+    /// Runs of hbfs with seeds of their own, of which the best counts (rearrangements)
+    #[arg(long, default_value_t = 1, value_name = "N")]
+    pub seeds: usize,
     /// Conventions for original test cases and generated problems
     #[arg(long, value_enum, default_value = "auto")]
     pub profile: ProfileArg,
@@ -274,10 +282,13 @@ impl RunArgs {
 }
 
 #[derive(Debug, Args)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub struct GenerateArgs {
+    #[command(subcommand)]
+    pub kind: Option<GenerateKind>,
     /// Folder that the scenes are written to; made if it does not exist
-    #[arg(value_name = "FOLDER")]
-    pub folder: PathBuf,
+    #[arg(value_name = "FOLDER", required = true)]
+    pub folder: Option<PathBuf>,
     /// Number of problems
     #[arg(long, short = 'n', default_value_t = 20, value_name = "N")]
     pub count: usize,
@@ -291,6 +302,60 @@ pub struct GenerateArgs {
     #[arg(long, value_name = "NAME")]
     pub gripper: Option<String>,
     /// Seed of everything random
+    #[arg(long, default_value_t = 0, value_name = "N")]
+    pub seed: u64,
+    #[command(flatten)]
+    pub json: JsonArgs,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum GenerateKind {
+    /// Write random rearrangements that can be solved, but not by bringing one body after the other to its goal
+    Rearrange(GenerateRearrangeArgs),
+}
+
+#[derive(Debug, Args)]
+pub struct GenerateRearrangeArgs {
+    /// Folder that the scenes are written to; made if it does not exist
+    #[arg(value_name = "FOLDER")]
+    pub folder: PathBuf,
+    /// Number of problems
+    #[arg(long, short = 'n', default_value_t = 20, value_name = "N")]
+    pub count: u64,
+    /// Difficulty
+    #[arg(long, default_value = "normal", value_name = "LEVEL", value_parser = ["easy", "normal", "hard"])]
+    pub level: String,
+    /// Least and greatest number of bodies, as in 4..8 (both included) [default: the level's]
+    #[arg(long, value_name = "A..B", value_parser = parse_range)]
+    pub bodies: Option<(usize, usize)>,
+    /// Least and greatest part of the table that is covered, as in 0.3..0.4 [default: the level's]
+    #[arg(long, value_name = "A..B", value_parser = parse_shares)]
+    pub fill: Option<[f64; 2]>,
+    /// Seed of everything random
+    #[arg(long, default_value_t = 0, value_name = "N")]
+    pub seed: u64,
+    #[command(flatten)]
+    pub json: JsonArgs,
+}
+
+fn parse_shares(text: &str) -> Result<[f64; 2], String> {
+    let number = |part: &str| part.parse::<f64>().map_err(|e| format!("`{part}`: {e}"));
+    let (low, high) = text.split_once("..").ok_or("write the least, two dots, the greatest")?;
+    Ok([number(low)?, number(high)?])
+}
+
+#[derive(Debug, Args)]
+pub struct BenchPathArgs {
+    /// A file of queries; written first if it does not exist
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+    /// Number of queries to write
+    #[arg(long, short = 'n', default_value_t = 200, value_name = "N")]
+    pub count: usize,
+    /// Times that every query is answered; the least time counts
+    #[arg(long, default_value_t = 5, value_name = "N")]
+    pub rounds: usize,
+    /// Seed of the queries
     #[arg(long, default_value_t = 0, value_name = "N")]
     pub seed: u64,
     #[command(flatten)]
@@ -394,12 +459,18 @@ pub struct BenchPushArgs {
     /// Recorded pushes to repeat [default: pushes sampled in generated scenes]
     #[arg(value_name = "FILE")]
     pub file: Option<PathBuf>,
-    /// Engine to measure
-    #[arg(long, default_value = "rapier", value_name = "ENGINE")]
+    /// Engines to measure side by side, with commas between
+    #[arg(long, default_value = "rapier", value_name = "ENGINES")]
     pub physics: String,
     /// Measure this preset only
     #[arg(long, value_name = "NAME")]
     pub preset: Option<String>,
+    /// Pushes in a call of the engine [default: what the engine is best at]
+    #[arg(long, value_name = "N")]
+    pub batch: Option<usize>,
+    /// Dense packs of this many bodies, for speed only [default: generated scenes of 5 to 12]
+    #[arg(long, value_name = "N", conflicts_with = "file")]
+    pub bodies: Option<usize>,
     /// Time to measure for, in seconds; every variant runs at least three times
     #[arg(long, default_value_t = 20.0, value_name = "SECONDS", allow_negative_numbers = true)]
     pub seconds: f64,
@@ -432,6 +503,9 @@ pub struct RenderArgs {
     /// The picture
     #[arg(long, short, value_name = "FILE")]
     pub output: PathBuf,
+    /// One picture that moves instead of one for each action (rearrangements)
+    #[arg(long)]
+    pub animated: bool,
     /// Conventions for an original test case
     #[arg(long, value_enum, default_value = "auto")]
     pub profile: ProfileArg,

@@ -4,6 +4,7 @@
 //! and files end with exit status 2, failures with 1, both with one line on standard error.
 
 mod args;
+mod bench_path;
 mod bench_push;
 mod bench_search;
 mod crosscheck;
@@ -13,6 +14,8 @@ mod output;
 mod plan;
 mod plan_file;
 mod progress;
+mod rearrange;
+mod rearrange_suite;
 mod record;
 mod render;
 mod run;
@@ -49,6 +52,7 @@ fn command() -> Outcome<()> {
         Command::Crosscheck(args) => crosscheck::run(&args),
         Command::Bench(BenchCommand::Push(args)) => bench_push::run(&args),
         Command::Bench(BenchCommand::Search(args)) => bench_search::run(&args),
+        Command::Bench(BenchCommand::Path(args)) => bench_path::run(&args),
         Command::Render(args) => render::run(&args),
     }
 }

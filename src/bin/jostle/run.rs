@@ -9,6 +9,7 @@ use serde::Serialize;
 use crate::args::RunArgs;
 use crate::output::{self, Failure, Machine, Outcome};
 use crate::progress;
+use crate::rearrange;
 use crate::table::{Table, number, percent};
 
 /// The report and what it was made on.
@@ -20,6 +21,9 @@ struct Document {
 }
 
 pub fn run(args: &RunArgs) -> Outcome<()> {
+    if rearrange::run(args)? {
+        return Ok(());
+    }
     let mut planner = args.planner.options()?;
     let judge = args.judge.options(planner.seed)?;
     let gripper = args.planner.gripper()?;

@@ -5,4 +5,4 @@ pub mod schedule;
 pub mod simd;
 
 pub use schedule::{LaneWork, run};
-pub use simd::{InstructionSet, LANES, Simd8};
+pub use simd::{InstructionSet, LANES, Numbers, Simd8, Twice};

@@ -1,7 +1,9 @@
 //! Free-running lanes: a lane that has finished its job takes the next one while the others go on.
 
-use super::simd::LANES;
 use crate::run::Stop;
+
+/// Greatest number of lanes.
+pub const MOST_LANES: usize = 32;
 
 /// Slices between two looks at the stop: some tens of microseconds of work.
 const POLL_EVERY: usize = 16;
@@ -9,6 +11,9 @@ const POLL_EVERY: usize = 16;
 /// What an engine does in a lane. A job consists of slices (time steps, say): its own part of each is done lane by lane
 /// in [`LaneWork::begin`] and [`LaneWork::advance`], the part that all lanes share in [`LaneWork::sweep`].
 pub trait LaneWork {
+    /// How many lanes there are, at most [`MOST_LANES`].
+    const LANES: usize;
+
     /// Loads a job into a lane that has none and prepares its first slice. False if the job is done already.
     fn begin(&mut self, lane: usize, job: usize) -> bool;
 
@@ -27,14 +32,14 @@ pub trait LaneWork {
 
 /// Runs jobs `0..jobs`, each in the next lane that is free. Which lane a job gets, and with whom, must not show in its
 /// result. A requested stop interrupts whatever is not finished.
-pub fn run(work: &mut impl LaneWork, jobs: usize, stop: &Stop) {
-    let mut held = [None; LANES];
+pub fn run<W: LaneWork>(work: &mut W, jobs: usize, stop: &Stop) {
+    let mut held = [None; MOST_LANES];
     let mut next = 0;
     let mut busy = 0u32;
     let mut stopped = stop.requested();
     let mut slices = 0;
     if !stopped {
-        for (lane, held) in held.iter_mut().enumerate() {
+        for (lane, held) in held.iter_mut().enumerate().take(W::LANES) {
             *held = load(work, lane, &mut next, jobs, stop, &mut stopped);
             busy |= u32::from(held.is_some()) << lane;
         }
@@ -96,6 +101,8 @@ fn load(
 mod tests {
     use super::*;
 
+    const LANES: usize = 8;
+
     /// Job `j` takes `j % 5` slices, or none.
     #[derive(Default)]
     struct Counting {
@@ -107,6 +114,8 @@ mod tests {
     }
 
     impl LaneWork for Counting {
+        const LANES: usize = LANES;
+
         fn begin(&mut self, lane: usize, job: usize) -> bool {
             self.left[lane] = job % 5;
             self.job[lane] = job;

@@ -67,17 +67,12 @@ pub trait WithSimd {
     fn run<S: Simd8>(self, simd: S) -> Self::Output;
 }
 
-/// Proof that the processor has an instruction set, and its operations on eight numbers.
-pub trait Simd8: Copy + Send + Sync + 'static {
-    /// Eight numbers.
+/// Operations on several numbers at once.
+pub trait Numbers: Copy + Send + Sync + 'static {
+    /// The numbers.
     type F: Copy;
 
-    /// Compiles `code`, with all that is inlined into it, for the instruction set.
-    fn vectorize<R>(self, code: impl FnOnce() -> R) -> R;
-
     fn splat(self, x: f32) -> Self::F;
-    fn load(self, x: &[f32; LANES]) -> Self::F;
-    fn store(self, x: Self::F) -> [f32; LANES];
     fn add(self, a: Self::F, b: Self::F) -> Self::F;
     fn sub(self, a: Self::F, b: Self::F) -> Self::F;
     fn mul(self, a: Self::F, b: Self::F) -> Self::F;
@@ -92,27 +87,28 @@ pub trait Simd8: Copy + Send + Sync + 'static {
     fn with_sign(self, a: Self::F, sign: Self::F) -> Self::F;
     /// `a < b ? yes : no`.
     fn if_less(self, a: Self::F, b: Self::F, yes: Self::F, no: Self::F) -> Self::F;
+}
+
+/// Proof that the processor has an instruction set, and its operations on eight numbers.
+pub trait Simd8: Numbers {
+    /// Compiles `code`, with all that is inlined into it, for the instruction set.
+    fn vectorize<R>(self, code: impl FnOnce() -> R) -> R;
+
+    fn load(self, x: &[f32; LANES]) -> Self::F;
+    fn store(self, x: Self::F) -> [f32; LANES];
     /// Columns of eight rows of four: result `k` holds the `k`-th number of every row.
     fn columns(self, rows: [[f32; 4]; LANES]) -> [Self::F; 4];
     /// The rows of four columns: undoes [`Simd8::columns`].
     fn rows(self, columns: [Self::F; 4]) -> [[f32; 4]; LANES];
 }
 
-macro_rules! array_operations {
+macro_rules! array_numbers {
     () => {
         type F = [f32; LANES];
 
         #[inline(always)]
         fn splat(self, x: f32) -> Self::F {
             [x; LANES]
-        }
-        #[inline(always)]
-        fn load(self, x: &[f32; LANES]) -> Self::F {
-            *x
-        }
-        #[inline(always)]
-        fn store(self, x: Self::F) -> [f32; LANES] {
-            x
         }
         #[inline(always)]
         fn add(self, a: Self::F, b: Self::F) -> Self::F {
@@ -154,6 +150,19 @@ macro_rules! array_operations {
         fn if_less(self, a: Self::F, b: Self::F, yes: Self::F, no: Self::F) -> Self::F {
             std::array::from_fn(|i| if a[i] < b[i] { yes[i] } else { no[i] })
         }
+    };
+}
+
+macro_rules! array_moves {
+    () => {
+        #[inline(always)]
+        fn load(self, x: &[f32; LANES]) -> Self::F {
+            *x
+        }
+        #[inline(always)]
+        fn store(self, x: Self::F) -> [f32; LANES] {
+            x
+        }
         #[inline(always)]
         fn columns(self, rows: [[f32; 4]; LANES]) -> [Self::F; 4] {
             std::array::from_fn(|k| std::array::from_fn(|i| rows[i][k]))
@@ -169,8 +178,12 @@ macro_rules! array_operations {
 #[derive(Debug, Clone, Copy)]
 pub struct Plain;
 
+impl Numbers for Plain {
+    array_numbers!();
+}
+
 impl Simd8 for Plain {
-    array_operations!();
+    array_moves!();
 
     #[inline(always)]
     fn vectorize<R>(self, code: impl FnOnce() -> R) -> R {
@@ -184,8 +197,13 @@ impl Simd8 for Plain {
 pub struct Sse42(pulp::x86::V2);
 
 #[cfg(target_arch = "x86_64")]
+impl Numbers for Sse42 {
+    array_numbers!();
+}
+
+#[cfg(target_arch = "x86_64")]
 impl Simd8 for Sse42 {
-    array_operations!();
+    array_moves!();
 
     #[inline(always)]
     fn vectorize<R>(self, code: impl FnOnce() -> R) -> R {
@@ -200,7 +218,7 @@ pub use avx2::Avx2;
 mod avx2 {
     use std::arch::x86_64::{__m128, __m256};
 
-    use super::{LANES, Simd8};
+    use super::{LANES, Numbers, Simd8};
 
     /// AVX registers.
     #[derive(Debug, Clone, Copy)]
@@ -211,26 +229,19 @@ mod avx2 {
         fn pair(self, low: [f32; 4], high: [f32; 4]) -> __m256 {
             self.0.avx._mm256_set_m128(pulp::cast::<_, __m128>(high), pulp::cast::<_, __m128>(low))
         }
+
+        #[inline(always)]
+        fn halves(self, pair: __m256) -> [[f32; 4]; 2] {
+            pulp::cast(pair)
+        }
     }
 
-    impl Simd8 for Avx2 {
+    impl Numbers for Avx2 {
         type F = __m256;
 
         #[inline(always)]
-        fn vectorize<R>(self, code: impl FnOnce() -> R) -> R {
-            self.0.vectorize(code)
-        }
-        #[inline(always)]
         fn splat(self, x: f32) -> __m256 {
             self.0.avx._mm256_set1_ps(x)
-        }
-        #[inline(always)]
-        fn load(self, x: &[f32; LANES]) -> __m256 {
-            pulp::cast(*x)
-        }
-        #[inline(always)]
-        fn store(self, x: __m256) -> [f32; LANES] {
-            pulp::cast(x)
         }
         #[inline(always)]
         fn add(self, a: __m256, b: __m256) -> __m256 {
@@ -273,6 +284,21 @@ mod avx2 {
             // 17: less than, ordered, quiet.
             self.0.avx._mm256_blendv_ps(no, yes, self.0.avx._mm256_cmp_ps::<17>(a, b))
         }
+    }
+
+    impl Simd8 for Avx2 {
+        #[inline(always)]
+        fn vectorize<R>(self, code: impl FnOnce() -> R) -> R {
+            self.0.vectorize(code)
+        }
+        #[inline(always)]
+        fn load(self, x: &[f32; LANES]) -> __m256 {
+            pulp::cast(*x)
+        }
+        #[inline(always)]
+        fn store(self, x: __m256) -> [f32; LANES] {
+            pulp::cast(x)
+        }
         #[inline(always)]
         fn columns(self, r: [[f32; 4]; LANES]) -> [__m256; 4] {
             let avx = self.0.avx;
@@ -292,15 +318,70 @@ mod avx2 {
             let avx = self.0.avx;
             let (ab_low, ab_high) = (avx._mm256_unpacklo_ps(c[0], c[1]), avx._mm256_unpackhi_ps(c[0], c[1]));
             let (cd_low, cd_high) = (avx._mm256_unpacklo_ps(c[2], c[3]), avx._mm256_unpackhi_ps(c[2], c[3]));
-            let pairs = [
+            let [r04, r15, r26, r37] = [
                 avx._mm256_shuffle_ps::<0b01_00_01_00>(ab_low, cd_low),
                 avx._mm256_shuffle_ps::<0b11_10_11_10>(ab_low, cd_low),
                 avx._mm256_shuffle_ps::<0b01_00_01_00>(ab_high, cd_high),
                 avx._mm256_shuffle_ps::<0b11_10_11_10>(ab_high, cd_high),
-            ]
-            .map(|p| pulp::cast::<__m256, [[f32; 4]; 2]>(p));
-            std::array::from_fn(|i| pairs[i % 4][i / 4])
+            ];
+            let ([r0, r4], [r1, r5]) = (self.halves(r04), self.halves(r15));
+            let ([r2, r6], [r3, r7]) = (self.halves(r26), self.halves(r37));
+            [r0, r1, r2, r3, r4, r5, r6, r7]
         }
+    }
+}
+
+/// Twice as many numbers: every operation on two registers, one after the other. Code that waits for the results of
+/// its own divisions and roots does twice as much in about the same time.
+#[derive(Debug, Clone, Copy)]
+pub struct Twice<N>(pub N);
+
+impl<N: Numbers> Numbers for Twice<N> {
+    type F = [N::F; 2];
+
+    #[inline(always)]
+    fn splat(self, x: f32) -> Self::F {
+        [self.0.splat(x); 2]
+    }
+    #[inline(always)]
+    fn add(self, a: Self::F, b: Self::F) -> Self::F {
+        [self.0.add(a[0], b[0]), self.0.add(a[1], b[1])]
+    }
+    #[inline(always)]
+    fn sub(self, a: Self::F, b: Self::F) -> Self::F {
+        [self.0.sub(a[0], b[0]), self.0.sub(a[1], b[1])]
+    }
+    #[inline(always)]
+    fn mul(self, a: Self::F, b: Self::F) -> Self::F {
+        [self.0.mul(a[0], b[0]), self.0.mul(a[1], b[1])]
+    }
+    #[inline(always)]
+    fn div(self, a: Self::F, b: Self::F) -> Self::F {
+        [self.0.div(a[0], b[0]), self.0.div(a[1], b[1])]
+    }
+    #[inline(always)]
+    fn sqrt(self, a: Self::F) -> Self::F {
+        [self.0.sqrt(a[0]), self.0.sqrt(a[1])]
+    }
+    #[inline(always)]
+    fn min(self, a: Self::F, b: Self::F) -> Self::F {
+        [self.0.min(a[0], b[0]), self.0.min(a[1], b[1])]
+    }
+    #[inline(always)]
+    fn max(self, a: Self::F, b: Self::F) -> Self::F {
+        [self.0.max(a[0], b[0]), self.0.max(a[1], b[1])]
+    }
+    #[inline(always)]
+    fn abs(self, a: Self::F) -> Self::F {
+        [self.0.abs(a[0]), self.0.abs(a[1])]
+    }
+    #[inline(always)]
+    fn with_sign(self, a: Self::F, sign: Self::F) -> Self::F {
+        [self.0.with_sign(a[0], sign[0]), self.0.with_sign(a[1], sign[1])]
+    }
+    #[inline(always)]
+    fn if_less(self, a: Self::F, b: Self::F, yes: Self::F, no: Self::F) -> Self::F {
+        [self.0.if_less(a[0], b[0], yes[0], no[0]), self.0.if_less(a[1], b[1], yes[1], no[1])]
     }
 }
 

@@ -6,11 +6,7 @@ use super::model::{Flat, Real};
 #[derive(Clone, Copy)]
 pub enum Outline<'a> {
     /// `middle` is some point inside.
-    Polygon {
-        corners: &'a [Flat],
-        normals: &'a [Flat],
-        middle: Flat,
-    },
+    Polygon { corners: &'a [Flat], normals: &'a [Flat], middle: Flat },
     /// The radius is in the piece's border.
     Disc(Flat),
 }

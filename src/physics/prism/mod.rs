@@ -13,6 +13,8 @@ mod model;
 mod pool;
 mod settings;
 mod solver;
+#[cfg(test)]
+mod tests;
 mod wide;
 mod world;
 
