@@ -5,10 +5,8 @@ use super::model::{Flat, Real};
 /// A piece at its place: corners and edge normals in the world, counter-clockwise, or a disc.
 #[derive(Clone, Copy)]
 pub enum Outline<'a> {
-    Polygon {
-        corners: &'a [Flat],
-        normals: &'a [Flat],
-    },
+    /// `middle` is some point inside.
+    Polygon { corners: &'a [Flat], normals: &'a [Flat], middle: Flat },
     /// The radius is in the piece's border.
     Disc(Flat),
 }
@@ -38,16 +36,25 @@ pub fn along(a: Flat, d: Flat, t: Real) -> Flat {
     [a[0] + d[0] * t, a[1] + d[1] * t]
 }
 
-/// The nearest points where the gap is less than `reach`. `axis` remembers the edge that parted the pieces last, which
-/// will mostly do so again: edges of the first piece, then those of the second.
-pub fn touch(a: Outline<'_>, b: Outline<'_>, reach: Real, axis: &mut u32) -> Option<Touch> {
+/// Edges of the two pieces that parted them farthest when they were last looked at: they will mostly do so again.
+pub type Axes = [u16; 2];
+
+/// The nearest points where the gap is less than `reach`.
+pub fn touch(a: Outline<'_>, b: Outline<'_>, reach: Real, axes: &mut Axes) -> Option<Touch> {
     match (a, b) {
-        (Outline::Polygon { corners, normals }, Outline::Polygon { corners: others, normals: other_normals }) => {
-            polygons((corners, normals), (others, other_normals), reach, axis)
+        (Outline::Polygon { corners, normals, middle }, Outline::Polygon { corners: c, normals: n, middle: m }) => {
+            polygons(Polygon { corners, normals, middle }, Polygon { corners: c, normals: n, middle: m }, reach, axes)
         }
-        (Outline::Polygon { corners, normals }, Outline::Disc(centre)) => polygon_disc(corners, normals, centre, reach),
-        (Outline::Disc(centre), Outline::Polygon { corners, normals }) => polygon_disc(corners, normals, centre, reach)
-            .map(|t| Touch { normal: [-t.normal[0], -t.normal[1]], points: [t.points[1], t.points[0]], gap: t.gap }),
+        (Outline::Polygon { corners, normals, .. }, Outline::Disc(centre)) => {
+            polygon_disc(corners, normals, centre, reach)
+        }
+        (Outline::Disc(centre), Outline::Polygon { corners, normals, .. }) => {
+            polygon_disc(corners, normals, centre, reach).map(|t| Touch {
+                normal: [-t.normal[0], -t.normal[1]],
+                points: [t.points[1], t.points[0]],
+                gap: t.gap,
+            })
+        }
         (Outline::Disc(a), Outline::Disc(b)) => {
             let d = sub(b, a);
             let distance = dot(d, d).sqrt();
@@ -57,68 +64,78 @@ pub fn touch(a: Outline<'_>, b: Outline<'_>, reach: Real, axis: &mut u32) -> Opt
     }
 }
 
-type Polygon<'a> = (&'a [Flat], &'a [Flat]);
-
-/// Least distance of the corners from the line through `corner` with this normal, and which one it is.
-#[inline]
-fn deepest(corner: Flat, normal: Flat, others: &[Flat]) -> (Real, usize) {
-    let level = dot(corner, normal);
-    let (mut least, mut at) = (Real::INFINITY, 0);
-    for (j, &q) in others.iter().enumerate() {
-        let d = dot(q, normal);
-        if d < least {
-            (least, at) = (d, j);
-        }
-    }
-    (least - level, at)
+#[derive(Clone, Copy)]
+struct Polygon<'a> {
+    corners: &'a [Flat],
+    normals: &'a [Flat],
+    middle: Flat,
 }
 
-/// The edge of `a` that parts it farthest from `b`; `None` as soon as one parts them by `reach`, with that edge.
-#[inline]
-fn face(a: Polygon<'_>, b: &[Flat], reach: Real) -> Result<(Real, usize, usize), usize> {
-    let mut best = (Real::NEG_INFINITY, 0, 0);
-    for i in 0..a.0.len() {
-        let (gap, j) = deepest(a.0[i], a.1[i], b);
-        if gap >= reach {
-            return Err(i);
-        }
-        if gap > best.0 {
-            best = (gap, i, j);
-        }
-    }
-    Ok(best)
+/// How far an edge of the first polygon parts it from the second.
+#[derive(Clone, Copy)]
+struct Face {
+    gap: Real,
+    edge: usize,
+    /// The corner of the second polygon that lies deepest.
+    corner: usize,
 }
 
-fn polygons(a: Polygon<'_>, b: Polygon<'_>, reach: Real, axis: &mut u32) -> Option<Touch> {
-    let (n, last) = (a.0.len(), *axis as usize);
-    let parted = if last < n {
-        deepest(a.0[last], a.1[last], b.0).0
-    } else {
-        let i = (last - n).min(b.0.len() - 1);
-        deepest(b.0[i], b.1[i], a.0).0
-    };
-    if parted >= reach {
+impl Polygon<'_> {
+    #[inline]
+    fn face(&self, edge: usize, others: &[Flat]) -> Face {
+        let (normal, level) = (self.normals[edge], dot(self.corners[edge], self.normals[edge]));
+        let mut face = Face { gap: Real::INFINITY, edge, corner: 0 };
+        for (j, &q) in others.iter().enumerate() {
+            let d = dot(q, normal);
+            if d < face.gap {
+                (face.gap, face.corner) = (d, j);
+            }
+        }
+        face.gap -= level;
+        face
+    }
+
+    /// The edge that parts farthest, where that is farther than `best` and than `least`. Ends at an edge that parts by
+    /// `reach`. An edge parts by no more than the other's middle is before it, which spares most of the looking.
+    #[inline]
+    fn farthest(&self, other: &Polygon<'_>, mut best: Face, least: Real, reach: Real) -> Face {
+        for (edge, (&corner, &normal)) in self.corners.iter().zip(self.normals).enumerate() {
+            if dot(sub(other.middle, corner), normal) <= best.gap.max(least) || edge == best.edge {
+                continue;
+            }
+            let face = self.face(edge, other.corners);
+            if face.gap > best.gap {
+                best = face;
+                if best.gap >= reach {
+                    break;
+                }
+            }
+        }
+        best
+    }
+}
+
+fn polygons(a: Polygon<'_>, b: Polygon<'_>, reach: Real, axes: &mut Axes) -> Option<Touch> {
+    let [hint_a, hint_b] = axes.map(usize::from);
+    let face_b = b.face(hint_b, a.corners);
+    if face_b.gap >= reach {
         return None;
     }
-    let (gap_a, edge_a, corner_b) = match face(a, b.0, reach) {
-        Ok(best) => best,
-        Err(i) => {
-            *axis = i as u32;
-            return None;
-        }
-    };
-    let (gap_b, edge_b, corner_a) = match face(b, a.0, reach) {
-        Ok(best) => best,
-        Err(i) => {
-            *axis = (n + i) as u32;
-            return None;
-        }
-    };
+    let face_a = a.farthest(&b, a.face(hint_a, b.corners), Real::NEG_INFINITY, reach);
+    axes[0] = face_a.edge as u16;
+    if face_a.gap >= reach {
+        return None;
+    }
+    let face_b = b.farthest(&a, face_b, face_a.gap, reach);
+    axes[1] = face_b.edge as u16;
+    if face_b.gap >= reach {
+        return None;
+    }
     // Where both do as well the first piece's face is taken, so that it does not change with every rounding.
-    if gap_a + 1e-6 >= gap_b {
-        edge_against(a, edge_a, b, corner_b, gap_a, reach)
+    if face_a.gap + 1e-6 >= face_b.gap {
+        edge_against(a, b, face_a, reach)
     } else {
-        edge_against(b, edge_b, a, corner_a, gap_b, reach).map(|t| Touch {
+        edge_against(b, a, face_b, reach).map(|t| Touch {
             normal: [-t.normal[0], -t.normal[1]],
             points: [t.points[1], t.points[0]],
             gap: t.gap,
@@ -127,21 +144,22 @@ fn polygons(a: Polygon<'_>, b: Polygon<'_>, reach: Real, axis: &mut u32) -> Opti
 }
 
 /// The deepest point of `b` against an edge of `a`, cut to the edge's length; corner to corner beyond its ends.
-fn edge_against(a: Polygon<'_>, edge: usize, b: Polygon<'_>, corner: usize, gap: Real, reach: Real) -> Option<Touch> {
-    let (p, q) = (a.0[edge], a.0[if edge + 1 == a.0.len() { 0 } else { edge + 1 }]);
-    let normal = a.1[edge];
+fn edge_against(a: Polygon<'_>, b: Polygon<'_>, face: Face, reach: Real) -> Option<Touch> {
+    let Face { gap, edge, corner } = face;
+    let (p, q) = (a.corners[edge], a.corners[if edge + 1 == a.corners.len() { 0 } else { edge + 1 }]);
+    let normal = a.normals[edge];
     let tangent = [-normal[1], normal[0]];
     let length = dot(sub(q, p), tangent);
-    let deep = b.0[corner];
+    let deep = b.corners[corner];
     let t = dot(sub(deep, p), tangent);
     if t >= 0.0 && t <= length {
         return Some(Touch { normal, points: [along(p, tangent, t), deep], gap });
     }
     // The deepest corner lies beside the edge: follow the edge of `b` that leads back over it.
-    let m = b.0.len();
+    let m = b.corners.len();
     let (next, previous) = (if corner + 1 == m { 0 } else { corner + 1 }, if corner == 0 { m - 1 } else { corner - 1 });
     // `b` runs counter-clockwise, so seen from the edge its next corner lies towards smaller t.
-    let other = b.0[if t > length { next } else { previous }];
+    let other = b.corners[if t > length { next } else { previous }];
     let end = if t > length { length } else { 0.0 };
     let u = dot(sub(other, p), tangent);
     let crosses = if t > length { u < length } else { u > 0.0 };

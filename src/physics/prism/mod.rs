@@ -8,9 +8,14 @@
 
 mod collide;
 mod contact;
+mod kernel;
 mod model;
+mod pool;
 mod settings;
 mod solver;
+#[cfg(test)]
+mod tests;
+mod wide;
 mod world;
 
 use std::sync::Arc;
@@ -18,7 +23,8 @@ use std::sync::Arc;
 pub use settings::PrismSettings;
 
 use self::model::Model;
-use self::world::{End, World};
+use self::pool::Pool;
+use self::world::World;
 use super::transition::{PushJob, PushResult, PushStatus, Scratch, Transition};
 use crate::action::Push;
 use crate::error::Result;
@@ -53,32 +59,35 @@ impl Prism {
         &self.settings
     }
 
-    fn push(&self, world: &mut World, job: &PushJob<'_>, result: &mut PushResult, stop: &Stop) {
+    /// Puts the job's start into the result and the world. False if the result is final already.
+    fn begin(&self, world: &mut World, job: &PushJob<'_>, result: &mut PushResult) -> bool {
         result.state.clone_from(job.state);
         result.touched = Mask::EMPTY;
         result.left = Mask::EMPTY;
+        result.toppled = Mask::EMPTY;
         let push = &job.push;
         if !push.is_finite() || push.length() < 1e-6 {
             result.status = PushStatus::Illegal { body: None };
-            return;
+            return false;
         }
         if let Some(body) = self.landed_on(job.state, push) {
             result.status = PushStatus::Illegal { body: Some(body) };
-            return;
+            return false;
         }
+        result.status = PushStatus::Executed;
         let Some(travel) = self.free_travel(job.state, push) else {
             // The tip meets nothing: the world stays as it is, to the bit.
-            result.status = PushStatus::Executed;
-            return;
+            return false;
         };
-        let steps = world.fill(&self.model, &self.settings, job.state, push, travel);
-        if world.run(&self.model, &self.settings, steps, stop) == End::Interrupted {
-            result.status = PushStatus::Interrupted;
-            return;
-        }
+        world.fill(&self.model, &self.settings, job.state, push, travel);
+        true
+    }
+
+    /// Reads the result out of a world whose push is over.
+    fn finish(&self, world: &World, job: &PushJob<'_>, result: &mut PushResult) {
         result.touched = world.touched();
+        result.toppled = world.toppled();
         world.read(&self.model, &mut result.state);
-        result.status = PushStatus::Executed;
         let workspace = self.scene.workspace();
         for (i, pose) in result.state.iter() {
             let footprint = &self.scene.body(i).footprint;
@@ -135,25 +144,23 @@ impl Transition for Prism {
     }
 
     fn scratch(&self) -> Scratch {
-        Box::new(World::default())
+        Box::new(Pool::default())
+    }
+
+    fn batch_size(&self) -> usize {
+        pool::WORLDS
     }
 
     fn step_batch(&self, scratch: &mut Scratch, jobs: &[PushJob<'_>], results: &mut [PushResult], stop: &Stop) {
         let mut spare;
-        let world = match scratch.downcast_mut::<World>() {
-            Some(world) => world,
+        let pool = match scratch.downcast_mut::<Pool>() {
+            Some(pool) => pool,
             None => {
                 // A scratch of another engine: work without it.
-                spare = World::default();
+                spare = Pool::default();
                 &mut spare
             }
         };
-        for (job, result) in jobs.iter().zip(results) {
-            if stop.requested() {
-                result.status = PushStatus::Interrupted;
-            } else {
-                self.push(world, job, result, stop);
-            }
-        }
+        pool.run(self, jobs, results, stop);
     }
 }

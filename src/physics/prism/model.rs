@@ -55,8 +55,9 @@ pub struct Shape {
     /// The border, and for a disc its radius too.
     pub round: Real,
     pub border: Real,
-    /// Centre of the disc; `None` for a polygon.
-    pub disc: Option<Flat>,
+    pub is_disc: bool,
+    /// A point inside; the centre of a disc.
+    pub middle: Flat,
     /// Of the circle round the centre of mass that holds the piece without `round`.
     pub radius: Real,
     /// Bullet's angular motion disc: half diagonal of the box with its border, and that box's distance from the
@@ -150,7 +151,8 @@ impl Model {
             corners: (first, self.corners.len() as u32),
             round: round as Real,
             border: border as Real,
-            disc: disc.map(flat),
+            is_disc: disc.is_some(),
+            middle: flat(disc.unwrap_or(points.iter().sum::<Vec2>() / points.len() as f64)),
             radius: radius as Real,
             motion_disc: motion_disc as Real,
         });

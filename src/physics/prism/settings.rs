@@ -79,8 +79,8 @@ impl PrismSettings {
         Self {
             time_step: 1.0 / 240.0,
             speed: 0.13,
-            iterations: 4,
-            tolerance: 0.0,
+            iterations: 6,
+            tolerance: 0.01,
             warm_start: 0.9,
             correction: 0.08,
             correction_speed: 0.05,
@@ -109,8 +109,7 @@ impl PrismSettings {
     pub fn fast() -> Self {
         Self {
             time_step: 1.0 / 120.0,
-            iterations: 10,
-            tolerance: 0.01,
+            iterations: 12,
             correction: 0.16,
             body_breaking: 0.05,
             ground_breaking: 0.08,

@@ -1,13 +1,13 @@
 //! The world of one push: filled from the state, stepped, read out. Its memory is used again by the next push.
 
-use super::collide::{Outline, Touch, dot, sub, touch};
+use super::collide::{Axes, Outline, Touch, dot, sub, touch};
 use super::contact::{BodyPoint, GroundPoint, Manifold, Pose};
+use super::kernel::Motion;
 use super::model::{Flat, Model, Real, Shape};
 use super::settings::PrismSettings;
-use super::solver::{Motion, Rows, Span};
+use super::solver::{Rows, Rubbing, Span};
 use crate::action::Push;
 use crate::geom::{Pose2, Vec2};
-use crate::run::Stop;
 use crate::scene::{Mask, State};
 
 /// Pairs nearer than this (beyond the reach of contacts) are looked at every step; the list is made anew when bodies
@@ -16,13 +16,15 @@ const SKIN: Real = 0.006;
 /// The world is this far beyond any reach of contacts, metres: a tall body's lean.
 const LEAN: Real = 0.003;
 
-/// How a push ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum End {
+/// What a world waits for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+enum Phase {
+    #[default]
     Done,
-    Interrupted,
-    /// A body leans too far; see [`World::toppled`].
-    Toppled,
+    /// The tip moves for so many steps more.
+    Pushing(u32),
+    /// The tip is gone; bodies come to rest within so many steps.
+    Settling(u32),
 }
 
 /// Two pieces that are near each other.
@@ -38,7 +40,7 @@ struct Pair {
     friction: Real,
     rolling: Real,
     /// See [`touch`].
-    axis: u32,
+    axes: Axes,
     manifold: Manifold<BodyPoint>,
 }
 
@@ -77,11 +79,11 @@ pub struct World {
     poses: Vec<Pose>,
     awake: Vec<bool>,
     velocity: Vec<([Real; 3], [Real; 3])>,
-    rows: Rows,
+    pub rows: Rows,
     /// All pieces' corners and normals at their places.
     corners: Vec<Flat>,
     normals: Vec<Flat>,
-    discs: Vec<Flat>,
+    middles: Vec<Flat>,
     bounds: Vec<Bounds>,
     ground: Vec<Manifold<GroundPoint>>,
     pairs: Vec<Pair>,
@@ -91,6 +93,7 @@ pub struct World {
     /// Greatest way that a body can have moved since the list of pairs was made.
     moved: Real,
     tip_is_down: bool,
+    phase: Phase,
     touched: Mask,
     toppled: Mask,
     /// Steps and sweeps of this push.
@@ -99,8 +102,8 @@ pub struct World {
 }
 
 impl World {
-    /// Fills the world: the tip has travelled `travel` metres from the push's start. Returns the number of steps.
-    pub fn fill(&mut self, model: &Model, settings: &PrismSettings, state: &State, push: &Push, travel: f64) -> usize {
+    /// Fills the world: the tip has travelled `travel` metres from the push's start.
+    pub fn fill(&mut self, model: &Model, settings: &PrismSettings, state: &State, push: &Push, travel: f64) {
         let tip = model.tip();
         self.origin = push.start();
         self.present.clear();
@@ -114,7 +117,7 @@ impl World {
         self.rows.motion.resize(tip + 1, Motion::default());
         self.corners.resize(model.corners.len(), [0.0; 2]);
         self.normals.resize(model.corners.len(), [0.0; 2]);
-        self.discs.resize(model.pieces.len(), [0.0; 2]);
+        self.middles.resize(model.pieces.len(), [0.0; 2]);
         self.bounds.resize(model.pieces.len(), Bounds::default());
         self.ground.resize(model.pieces.len(), Manifold::default());
         self.ground.iter_mut().for_each(Manifold::clear);
@@ -144,7 +147,7 @@ impl World {
 
         self.list_pairs(model, settings);
         self.give_way(model, settings);
-        steps as usize
+        self.phase = Phase::Pushing(steps as u32);
     }
 
     fn place(&mut self, model: &Model, body: usize, at: Vec2, theta: f64, z: Real) {
@@ -166,10 +169,10 @@ impl World {
         for p in first as usize..end as usize {
             let shape = &model.pieces[p];
             let mut bounds = Bounds { low: [Real::INFINITY; 2], high: [Real::NEG_INFINITY; 2] };
-            if let Some(centre) = shape.disc {
-                let r = pose.turn(centre);
-                let c = [pose.at[0] + r[0], pose.at[1] + r[1]];
-                self.discs[p] = c;
+            let r = pose.turn(shape.middle);
+            let c = [pose.at[0] + r[0], pose.at[1] + r[1]];
+            self.middles[p] = c;
+            if shape.is_disc {
                 self.bounds[p] = Bounds { low: c, high: c };
                 continue;
             }
@@ -187,11 +190,12 @@ impl World {
 
     #[inline]
     fn outline_of(&self, shape: &Shape, piece: usize) -> Outline<'_> {
-        if shape.disc.is_some() {
-            return Outline::Disc(self.discs[piece]);
+        let middle = self.middles[piece];
+        if shape.is_disc {
+            return Outline::Disc(middle);
         }
         let range = shape.corners.0 as usize..shape.corners.1 as usize;
-        Outline::Polygon { corners: &self.corners[range.clone()], normals: &self.normals[range] }
+        Outline::Polygon { corners: &self.corners[range.clone()], normals: &self.normals[range], middle }
     }
 
     /// Makes the list of near pairs anew, the tip's first; known ones keep their contacts.
@@ -253,7 +257,7 @@ impl World {
                     slack: 0.0,
                     friction: body_a.friction * body_b.friction,
                     rolling: body_a.friction * body_b.rolling + body_b.friction * body_a.rolling,
-                    axis: 0,
+                    axes: [0; 2],
                     manifold: Manifold::default(),
                 });
             }
@@ -280,34 +284,53 @@ impl World {
             return None;
         }
         let (a, b) = (&model.pieces[p], &model.pieces[q]);
-        touch(self.outline_of(a, p), self.outline_of(b, q), reach, &mut pair.axis)
+        touch(self.outline_of(a, p), self.outline_of(b, q), reach, &mut pair.axes)
     }
 
-    /// Pushes, lifts the tip and lets the bodies come to rest.
-    pub fn run(&mut self, model: &Model, settings: &PrismSettings, steps: usize, stop: &Stop) -> End {
-        for _ in 0..steps {
-            if stop.requested() {
-                return End::Interrupted;
-            }
-            if !self.step(model, settings) {
-                return End::Toppled;
+    /// Prepares the next step up to where its impulses are to be solved for. False if the push is over.
+    pub fn begin_step(&mut self, model: &Model, settings: &PrismSettings) -> bool {
+        if self.phase == Phase::Pushing(0) {
+            self.tip_is_down = false;
+            self.list_pairs(model, settings);
+            self.phase = Phase::Settling((settings.settle_time / settings.time_step).ceil() as u32);
+        }
+        if let Phase::Settling(left) = self.phase
+            && (left == 0 || self.at_rest(settings))
+        {
+            self.phase = Phase::Done;
+        }
+        if self.phase == Phase::Done {
+            return false;
+        }
+        if 2.0 * self.moved > SKIN {
+            self.list_pairs(model, settings);
+        }
+        self.find_contacts(model, settings);
+        self.set_motions(model, settings);
+        self.make_rows(model, settings);
+        self.rows.warm_start();
+        true
+    }
+
+    /// Moves the bodies by the velocities that were solved for.
+    pub fn end_step(&mut self, model: &Model, settings: &PrismSettings) {
+        self.steps += 1;
+        self.sweeps += self.rows.sweeps;
+        self.take_impulses(model, settings);
+        self.integrate(model, settings.time_step as Real);
+        let limit = settings.topple_tilt as Real;
+        for &i in &self.present {
+            let tilt = self.poses[i as usize].tilt;
+            if tilt[0].abs() > limit || tilt[1].abs() > limit {
+                self.toppled.insert(i as usize);
             }
         }
-        self.tip_is_down = false;
-        self.list_pairs(model, settings);
-        let settle = (settings.settle_time / settings.time_step).ceil() as usize;
-        for _ in 0..settle {
-            if self.at_rest(settings) {
-                break;
-            }
-            if stop.requested() {
-                return End::Interrupted;
-            }
-            if !self.step(model, settings) {
-                return End::Toppled;
-            }
-        }
-        End::Done
+        self.phase = match self.phase {
+            _ if !self.toppled.is_empty() => Phase::Done,
+            Phase::Pushing(left) => Phase::Pushing(left - 1),
+            Phase::Settling(left) => Phase::Settling(left - 1),
+            Phase::Done => Phase::Done,
+        };
     }
 
     pub fn touched(&self) -> Mask {
@@ -346,30 +369,6 @@ impl World {
             let (v, w) = &self.velocity[i as usize];
             !self.awake[i as usize] || (v[0] * v[0] + v[1] * v[1] < limit * limit && w[2].abs() * 0.03 < limit)
         })
-    }
-
-    /// One time step; false if a body leans too far.
-    fn step(&mut self, model: &Model, settings: &PrismSettings) -> bool {
-        let dt = settings.time_step as Real;
-        if 2.0 * self.moved > SKIN {
-            self.list_pairs(model, settings);
-        }
-        self.find_contacts(model, settings);
-        self.set_motions(model, settings);
-        self.make_rows(model, settings);
-        self.rows.solve(settings.iterations, settings.tolerance as Real);
-        self.steps += 1;
-        self.sweeps += self.rows.sweeps as u32;
-        self.take_impulses(model, settings);
-        self.integrate(model, dt);
-        let limit = settings.topple_tilt as Real;
-        for &i in &self.present {
-            let tilt = self.poses[i as usize].tilt;
-            if tilt[0].abs() > limit || tilt[1].abs() > limit {
-                self.toppled.insert(i as usize);
-            }
-        }
-        self.toppled.is_empty()
     }
 
     fn find_contacts(&mut self, model: &Model, settings: &PrismSettings) {
@@ -450,14 +449,14 @@ impl World {
             let [ix, iy, iz] = body.inverse_inertia;
             let (c, s) = (pose.cos, pose.sin);
             *motion = Motion {
-                v: [v[0] * keep, v[1] * keep, v[2] * keep - settings.gravity as Real * dt],
-                w: w.map(|x| x * keep),
-                inverse_mass: body.inverse_mass,
-                inverse_inertia: [c * c * ix + s * s * iy, c * s * (ix - iy), s * s * ix + c * c * iy, iz],
+                v: [v[0] * keep, v[1] * keep, v[2] * keep - settings.gravity as Real * dt, body.inverse_mass],
+                w: [w[0] * keep, w[1] * keep, w[2] * keep, 1.0 / iz],
+                i: [c * c * ix + s * s * iy, c * s * (ix - iy), s * s * ix + c * c * iy, iz],
             };
         }
         let tip = model.tip();
-        self.rows.motion[tip] = Motion { v: self.velocity[tip].0, ..Motion::default() };
+        let [x, y, _] = self.velocity[tip].0;
+        self.rows.motion[tip] = Motion { v: [x, y, 0.0, 0.0], ..Motion::default() };
     }
 
     fn make_rows(&mut self, model: &Model, settings: &PrismSettings) {
@@ -483,7 +482,8 @@ impl World {
             if bodies[0] == model.tip() && !self.awake[bodies[1]] {
                 continue;
             }
-            let from = self.rows.body_rows();
+            let rub = Rubbing { friction: pair.friction, rolling: pair.rolling };
+            let from = self.rows.bodies.len() as u32;
             let mut points = 0;
             for (i, p) in pair.manifold.points_mut().iter_mut().enumerate() {
                 if p.gap + self.rows.parting(bodies, &p.arm, p.normal) * dt > ignored {
@@ -492,11 +492,11 @@ impl World {
                 }
                 points |= 1 << i;
                 let impulse = p.impulse.map(|x| x * share);
-                self.rows.add_bodies(bodies, p.arm, p.normal, target(p.gap), pair.friction, impulse);
+                self.rows.add_bodies(bodies, p.arm, p.normal, target(p.gap), rub, impulse);
             }
             if points != 0 {
                 let torque = pair.manifold.torque.map(|x| x * share);
-                let span = self.rows.end_bodies(bodies, from, pair.rolling, torque);
+                let span = self.rows.end_bodies(from, torque);
                 self.active_pairs.push(Active { of: k as u32, points, span });
             } else {
                 pair.manifold.torque = [0.0; 3];
@@ -508,9 +508,13 @@ impl World {
                 continue;
             }
             let body = &model.bodies[i];
+            let rub = Rubbing {
+                friction: model.ground_friction * body.friction,
+                rolling: model.ground_friction * body.rolling,
+            };
             for p in body.pieces.0 as usize..body.pieces.1 as usize {
                 let manifold = &mut self.ground[p];
-                let from = self.rows.ground_rows();
+                let from = self.rows.ground.len() as u32;
                 let mut points = 0;
                 for (k, point) in manifold.points_mut().iter_mut().enumerate() {
                     if point.gap + self.rows.lifting(i, &point.arm) * dt > ignored {
@@ -519,17 +523,11 @@ impl World {
                     }
                     points |= 1 << k;
                     let impulse = point.impulse.map(|x| x * share);
-                    self.rows.add_ground(
-                        i,
-                        point.arm,
-                        target(point.gap),
-                        model.ground_friction * body.friction,
-                        impulse,
-                    );
+                    self.rows.add_ground(i, point.arm, target(point.gap), rub, impulse);
                 }
                 if points != 0 {
                     let torque = manifold.torque.map(|x| x * share);
-                    let span = self.rows.end_ground(i, from, model.ground_friction * body.rolling, torque);
+                    let span = self.rows.end_ground(from, torque);
                     self.active_ground.push(Active { of: p as u32, points, span });
                 } else {
                     manifold.torque = [0.0; 3];
@@ -542,7 +540,7 @@ impl World {
     fn take_impulses(&mut self, model: &Model, settings: &PrismSettings) {
         for active in &self.active_pairs {
             let pair = &mut self.pairs[active.of as usize];
-            let mut row = active.span.rows.0;
+            let mut row = active.span.0;
             let mut greatest: Real = 0.0;
             for (i, p) in pair.manifold.points_mut().iter_mut().enumerate() {
                 if active.points >> i & 1 == 1 {
@@ -564,7 +562,7 @@ impl World {
         }
         for active in &self.active_ground {
             let manifold = &mut self.ground[active.of as usize];
-            let mut row = active.span.rows.0;
+            let mut row = active.span.0;
             for (i, p) in manifold.points_mut().iter_mut().enumerate() {
                 if active.points >> i & 1 == 1 {
                     p.impulse = self.rows.ground_impulse(row);
@@ -583,7 +581,8 @@ impl World {
             if !self.awake[i] || (i == tip && !self.tip_is_down) {
                 continue;
             }
-            let Motion { v, w, .. } = self.rows.motion[i];
+            let Motion { v: [vx, vy, vz, _], w: [wx, wy, wz, _], .. } = self.rows.motion[i];
+            let (v, w) = ([vx, vy, vz], [wx, wy, wz]);
             let pose = &mut self.poses[i];
             for (x, u) in pose.at.iter_mut().zip(v) {
                 *x += u * dt;
