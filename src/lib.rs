@@ -1,7 +1,7 @@
 //! jostle: planning for robots that work in clutter.
 //!
 //! The map, in dependency order (`ARCHITECTURE.md` explains it; a test holds the code to it):
-//! `error` <- `geom` <- `scene` <- `action` <- {`physics`, `grasp`} <- `plan` <- {`eval`, `record`} <- `ffi`.
+//! `error` <- `geom` <- `scene` <- `action` <- {`physics`, `grasp`, `motion`} <- `plan` <- {`eval`, `record`} <- `ffi`.
 //! `search` and `run` stand aside: they know only `error`.
 
 #![deny(unsafe_code)]
@@ -13,6 +13,7 @@ pub mod eval;
 pub mod ffi;
 pub mod geom;
 pub mod grasp;
+pub mod motion;
 pub mod physics;
 pub mod plan;
 pub mod record;

@@ -23,7 +23,8 @@ fn golden(name: &str, now: &str) {
 /// Lines `struct size alignment` and `  field offset size`.
 fn rust_layout() -> String {
     use jostle::ffi::{
-        abi::*, action::*, body::*, context::*, log::*, options::*, plan::*, planner::*, progress::*, simulator::*,
+        abi::*, action::*, body::*, context::*, goal::*, log::*, options::*, plan::*, planner::*, progress::*,
+        simulator::*,
     };
     let mut text = String::new();
     fn size_of_field<S, F>(_: fn(&S) -> &F) -> usize {
@@ -53,13 +54,14 @@ fn rust_layout() -> String {
         jostle_grasp { position, angle, opening, width, margin, score },
         jostle_gripper { struct_size, reserved, push_width, push_thickness, push_clearance, opening, finger_width, finger_thickness, finger_clearance, fit, pad_edge, min_cover, max_wedge },
         jostle_workspace { struct_size, leave_rule, min, max, leave_scope, reserved },
+        jostle_goal { struct_size, symmetry, pose, position_tolerance, rotation_tolerance },
         jostle_progress { struct_size, solution_actions, iterations, nodes, simulations, best_value, elapsed_seconds },
-        jostle_planner_options { struct_size, threads, planner, engine, preset, sampler, seed, max_iterations, max_seconds, max_bytes, push_length, execute_score, solved_score, lanes, max_depth, variant, reserved },
+        jostle_planner_options { struct_size, threads, planner, engine, preset, sampler, seed, max_iterations, max_seconds, max_bytes, push_length, execute_score, solved_score, lanes, max_depth, variant, reserved, confirm },
         jostle_solve_options { struct_size, reserved, cancel, progress, user, progress_seconds },
         jostle_push { start, end },
         jostle_action { kind, reserved, body, push, grasp },
         jostle_ranked_action { action, value, best_return, visits, prior, solution_actions, reserved },
-        jostle_plan_statistics { struct_size, no_plan_within, iterations, nodes, simulations, seed, seconds, domain_seconds, search_seconds, grasp_score },
+        jostle_plan_statistics { struct_size, no_plan_within, iterations, nodes, simulations, seed, seconds, domain_seconds, search_seconds, grasp_score, plans_tried, plans_confirmed, confirm_simulations, confirm_seconds },
         jostle_simulator_options { struct_size, reserved, engine, preset, seed, friction_spread, position_noise, angle_noise },
     }
     text

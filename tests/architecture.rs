@@ -17,10 +17,14 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("action", &["error", "geom", "scene", "run"]),
     ("physics", &["error", "geom", "scene", "action", "run"]),
     ("grasp", &["error", "geom", "scene", "action", "run"]),
-    ("plan", &["error", "geom", "scene", "action", "physics", "grasp", "search", "run"]),
+    ("motion", &["error", "geom", "scene", "run"]),
+    ("plan", &["error", "geom", "scene", "action", "physics", "grasp", "motion", "search", "run"]),
     ("record", &["error", "geom", "scene", "action", "plan"]),
-    ("eval", &["error", "geom", "scene", "action", "physics", "grasp", "search", "run", "plan"]),
-    ("ffi", &["error", "geom", "scene", "action", "physics", "grasp", "search", "run", "plan", "eval", "record"]),
+    ("eval", &["error", "geom", "scene", "action", "physics", "grasp", "motion", "search", "run", "plan"]),
+    (
+        "ffi",
+        &["error", "geom", "scene", "action", "physics", "grasp", "motion", "search", "run", "plan", "eval", "record"],
+    ),
 ];
 
 const MAX_LINES: usize = 700;

@@ -139,7 +139,9 @@ fn a_run_reports_every_named_number() {
     assert_eq!((&configuration["seed"], &configuration["trials"]), (&3.into(), &2.into()));
     assert_eq!(configuration["budget"]["iterations"], 20);
     assert_eq!(configuration["physics"]["preset"], "fast");
-    assert_eq!(configuration["judge"]["physics"]["preset"], "fine");
+    let judge = if cfg!(feature = "bullet") { ["bullet", "reference"] } else { ["rapier", "fine"] };
+    assert_eq!(configuration["judge"]["physics"]["engine"], judge[0]);
+    assert_eq!(configuration["judge"]["physics"]["preset"], judge[1]);
     assert_eq!(configuration["judge"]["friction_spread"], 0.2);
     assert_eq!(configuration["judge"]["noise_position_m"], 0.001);
     assert_eq!(configuration["version"], env!("CARGO_PKG_VERSION"));
@@ -320,6 +322,86 @@ fn the_originals_agree_as_far_as_they_are_here() {
     }
 }
 
+/// Two squares that change places, one of them to be dragged.
+fn exchange(folder: &Folder) -> String {
+    let square = r#""shape": {"convex_polygon": [[-0.03, -0.03], [0.03, -0.03], [0.03, 0.03], [-0.03, 0.03]]}"#;
+    let text = format!(
+        r#"{{"version": 1, "bodies": [
+            {{"name": "a", {square}, "pose": {{"x": 0.2, "y": 0.2}}, "goal": {{"pose": {{"x": 0.4, "y": 0.2}}}}}},
+            {{"name": "b", {square}, "pickable": false, "pose": {{"x": 0.4, "y": 0.2}},
+              "goal": {{"pose": {{"x": 0.2, "y": 0.2}}}}}}],
+            "workspace": {{"min": [0, 0], "max": [0.78, 0.52]}}}}"#
+    );
+    let path = folder.path("exchange.json");
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+#[test]
+fn a_rearrangement_is_planned_drawn_and_run() {
+    let folder = Folder::new();
+    let scene = exchange(&folder);
+    let (plan, still, moving) = (folder.path("plan.json"), folder.path("a.svg"), folder.path("b.svg"));
+    let planned = stdout(&["plan", &scene, "--iterations", "50", "--json", &plan, "--svg", &still]);
+    assert!(planned.contains("outcome solved") && planned.contains("passes the check"), "{planned}");
+    let document: Value = serde_json::from_str(&std::fs::read_to_string(&plan).unwrap()).unwrap();
+    assert_eq!(document["rearrange_plan_version"], 1);
+    let moves = document["moves"].as_array().unwrap();
+    assert!(moves.len() >= 3 && moves.iter().any(|m| m["kind"] == "drag" && m["name"] == "b"), "{document}");
+    assert!(std::fs::read_to_string(&still).unwrap().contains("exchange: start"));
+    stdout(&["render", &plan, "-o", &moving, "--animated"]);
+    assert!(std::fs::read_to_string(&moving).unwrap().contains("<animateTransform"));
+    stdout(&["render", &scene, "-o", &still]);
+    for planner in ["untangle", "hbfs"] {
+        let args =
+            ["run", &scene, "--planner", planner, "--iterations", "50", "--trials", "2", "--open-loop", "--json"];
+        let report = json(&args);
+        assert_eq!(report["completion"], 1.0, "{report}");
+        assert_eq!((&report["invalid"], &report["cases"][0]["name"]), (&Value::from(0), &Value::from("exchange")));
+    }
+    let wrong = failure(2, &["plan", &scene, "--planner", "nobody"]);
+    assert!(wrong.contains("planner: there is no `nobody`"), "{wrong}");
+}
+
+#[test]
+fn generated_rearrangements_are_the_same_for_a_seed_and_can_be_read() {
+    let folder = Folder::new();
+    let make = |name: &str| {
+        let to = folder.path(name);
+        stdout(&["generate", "rearrange", &to, "-n", "1", "--level", "easy", "--seed", "3"]);
+        std::fs::read_to_string(Path::new(&to).join("rearrange-3-00.json")).unwrap()
+    };
+    let first = make("one");
+    assert_eq!(first, make("two"));
+    let report = json(&["run", &folder.path("one"), "--iterations", "64", "--trials", "1", "--open-loop", "--json"]);
+    assert_eq!(report["completion"], 1.0, "{report}");
+    let wrong = failure(2, &["generate", "rearrange", &folder.path("x"), "--level", "odd"]);
+    assert!(wrong.contains("invalid value 'odd'"), "{wrong}");
+}
+
+#[test]
+fn the_suite_of_rearrangements_is_the_folder_of_its_files() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/suites/rearrange");
+    let options = ["--iterations", "1", "--planner", "hbfs", "--trials", "1", "--max-actions", "1", "--json"];
+    let names = |suite: &str| -> Vec<String> {
+        let report = json(&[&["run", "--suite", suite], &options[..]].concat());
+        report["cases"].as_array().unwrap().iter().map(|c| c["name"].as_str().unwrap().to_owned()).collect()
+    };
+    let built_in = names("rearrange");
+    assert_eq!(built_in.len(), 40);
+    assert_eq!(built_in, names(folder));
+}
+
+#[test]
+fn path_queries_are_written_once_and_answered_the_same() {
+    let folder = Folder::new();
+    let file = folder.path("queries.json");
+    let lengths = || json(&["bench", "path", &file, "-n", "12", "--rounds", "1", "--json"])["lengths"].clone();
+    let first = lengths();
+    assert_eq!(first.as_array().unwrap().len(), 12);
+    assert_eq!(first, lengths());
+}
+
 /// `docs/cli.md` is this text; run with `UPDATE_DOCS=1` to write it anew.
 #[test]
 fn the_document_holds_the_help() {
@@ -328,7 +410,19 @@ fn the_document_holds_the_help() {
          checks it).\n\nExit status: 0 for a result (a problem without a solution is one), 2 for a mistake in the \
          arguments or the files, 1\nfor a failure. Mistakes and failures say one line on standard error.\n",
     );
-    for command in ["", "plan", "run", "generate", "fidelity", "bench push", "bench search", "render"] {
+    let commands = [
+        "",
+        "plan",
+        "run",
+        "generate",
+        "generate rearrange",
+        "fidelity",
+        "bench push",
+        "bench search",
+        "bench path",
+        "render",
+    ];
+    for command in commands {
         let words: Vec<&str> = command.split_whitespace().chain(["--help"]).collect();
         let title = ["jostle", command].join(" ");
         document.push_str(&format!("\n## {}\n\n```text\n{}\n```\n", title.trim(), stdout(&words).trim_end()));

@@ -23,12 +23,36 @@ fn retrieve_gets_the_target_the_same_way_every_time() {
 }
 
 #[test]
+fn rearrange_brings_every_body_to_its_goal_the_same_way_every_time() {
+    let shared = told("examples_c/rearrange.c", "rearrange", Link::Shared);
+    assert!(shared.ends_with("arranged\n") && !shared.contains("not arranged"), "{shared}");
+    // The exchange takes three picks, the tray at least one drag.
+    assert!(shared.matches("  pick  ").count() == 3 && shared.matches("  drag  tray").count() >= 1, "{shared}");
+    assert_eq!(shared, told("examples_c/rearrange.c", "rearrange", Link::Static));
+}
+
+#[test]
 fn async_cancel_stops_in_time() {
     for link in [Link::Shared, Link::Static] {
         let text = told("examples_c/async_cancel.c", "async_cancel", link);
         let wanted = "outcome: cancelled, 0 actions\nprogress went forward: yes\ncancel to return: below 100 ms\n";
         assert_eq!(text, wanted);
     }
+}
+
+#[test]
+fn a_plan_of_one_engine_is_checked_in_every_engine() {
+    let text = told("examples_c/crosscheck.c", "crosscheck", Link::Shared);
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(lines.len(), 5, "{text}");
+    assert_eq!(lines[0], "planned with rapier: 2 actions");
+    assert!(lines[1].starts_with("rapier   target grasped; the farthest body is within "), "{text}");
+    for (line, engine) in lines[2..].iter().zip(["planar", "prism", "bullet"]) {
+        let built = engine != "bullet" || cfg!(feature = "bullet");
+        let wanted = if built { "target " } else { "not in this build" };
+        assert!(line.starts_with(&format!("{engine:8} {wanted}")), "{text}");
+    }
+    assert_eq!(text, told("examples_c/crosscheck.c", "crosscheck", Link::Static));
 }
 
 #[test]

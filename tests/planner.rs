@@ -8,7 +8,7 @@ use jostle::error::Error;
 use jostle::geom::{Pose2, Shape, normalize_angle, vec2};
 use jostle::grasp::{GraspParams, GraspScratch, GraspTest};
 use jostle::physics::{self, PhysicsOptions, PushResult, PushStatus};
-use jostle::plan::{Control, GraspDecision, Outcome, PLANNERS, Plan, Planner, PlannerOptions, Variant};
+use jostle::plan::{Confirm, Control, GraspDecision, Outcome, PLANNERS, Plan, Planner, PlannerOptions, Variant};
 use jostle::run::{Budget, CancelToken, Key, Progress, Stop};
 use jostle::scene::generate::{Generator, GeneratorParams};
 use jostle::scene::{BodyDef, LeaveRule, LeaveScope, Problem, SceneBuilder, State, Workspace};
@@ -81,7 +81,8 @@ fn best_grasp(problem: &Problem, state: &State) -> Option<jostle::action::Grasp>
 fn options(planner: &str) -> PlannerOptions {
     PlannerOptions {
         planner: planner.into(),
-        physics: PhysicsOptions::preset("fast"),
+        physics: Some(PhysicsOptions::preset("fast")),
+        confirm: Confirm::Off,
         budget: Budget::iterations(100),
         lanes: (planner == "pmbs").then_some(16),
         seed: 3,
@@ -119,7 +120,7 @@ fn bits(plan: &Plan) -> String {
 
 /// What holds of every plan that was made with these options for this problem.
 fn check(options: &PlannerOptions, problem: &Problem, plan: &Plan) {
-    let engine = physics::engine(&options.physics, Arc::clone(&problem.scene)).unwrap();
+    let engine = physics::engine(&options.model().unwrap(), Arc::clone(&problem.scene)).unwrap();
     let mut scratch = engine.scratch();
     let mut state = problem.state.clone();
     let name = &options.planner;
@@ -448,8 +449,12 @@ fn bad_options_are_refused_by_name() {
     };
     refused(&|o| o.planner = "astar".into(), "planner");
     refused(&|o| o.sampler = Some("everywhere".into()), "sampler");
-    refused(&|o| o.physics = PhysicsOptions::preset("slow"), "physics.preset");
-    refused(&|o| o.physics.engine = "newton".into(), "physics.engine");
+    refused(&|o| o.physics = Some(PhysicsOptions::preset("slow")), "physics.preset");
+    refused(
+        &|o| o.physics = Some(PhysicsOptions { engine: "newton".into(), ..PhysicsOptions::default() }),
+        "physics.engine",
+    );
+    refused(&|o| o.confirm = Confirm::With(PhysicsOptions::preset("slow")), "confirm.physics.preset");
     refused(&|o| o.budget.iterations = Some(0), "iterations");
     refused(&|o| o.budget.seconds = Some(0.0), "seconds");
     refused(&|o| o.budget.seconds = Some(f64::NAN), "seconds");
@@ -614,7 +619,7 @@ fn bodies_that_count_stay_in_the_workspace() {
 
 /// Whether a single listed push makes the target graspable, by trying all of them.
 fn one_push_solves(options: &PlannerOptions, sampler: &str, problem: &Problem) -> bool {
-    let engine = physics::engine(&options.physics, Arc::clone(&problem.scene)).unwrap();
+    let engine = physics::engine(&options.model().unwrap(), Arc::clone(&problem.scene)).unwrap();
     let sampler = ContourSampler::preset(sampler).unwrap().prepared(&problem.scene);
     let (mut listed, mut order) = (Vec::new(), Key::new(9).stream());
     let mut scratch = SamplerScratch::default();

@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use jostle::action::Push;
 use jostle::geom::{Pose2, Shape, vec2};
-use jostle::physics::{EngineInfo, PhysicsOptions, PushJob, PushResult, PushStatus, Transition, engine};
+use jostle::physics::{
+    EngineInfo, EngineSettings, PhysicsOptions, PushJob, PushResult, PushStatus, Transition, engine,
+};
 use jostle::run::{Budget, CancelToken, Stop};
 use jostle::scene::{BodyDef, LeaveRule, Scene, SceneBuilder, State, Workspace};
 
@@ -204,25 +206,27 @@ fn results_are_finite_and_bodies_do_not_end_deep_in_each_other() {
 #[test]
 fn the_outcome_turns_with_the_world() {
     let (scene, state, pushes) = mixed();
-    // Body 1 of a lone pair turned about the scene's centre: a rigid motion of everything, up to rounding and chaos.
+    // A rigid motion of everything about the scene's centre, up to rounding and chaos. The engines that let bodies rock
+    // are as chaotic as what they imitate: rounding alone moves some bodies by millimetres.
     let turn = Pose2::new(CENTRE[0], CENTRE[1], 0.7).compose(&Pose2::new(-CENTRE[0], -CENTRE[1], 0.0));
     let mut workspace = scene.to_builder();
     workspace.workspace(Workspace::rectangle(vec2(-1.0, -1.0), vec2(2.0, 1.0)));
     let scene = Arc::new(workspace.build().unwrap());
     for engine in engines(&scene) {
-        let mut close = 0;
+        let (mut close, mut moved) = (0, 0);
         for p in &pushes {
             let plain = run(&*engine, &state, p).state;
             let turned = State::new((0..state.len()).map(|i| turn.compose(&state.pose(i))));
             let q = Push::new(turn.transform_point(p.start()), turn.transform_point(p.end()));
             let other = run(&*engine, &turned, &q).state;
-            let apart = (0..state.len())
-                .map(|i| (turn.compose(&plain.pose(i)).position() - other.pose(i).position()).norm())
-                .fold(0.0, f64::max);
-            close += usize::from(apart < 2e-3);
+            for i in (0..state.len()).filter(|&i| plain.poses()[i] != state.poses()[i]) {
+                let apart = (turn.compose(&plain.pose(i)).position() - other.pose(i).position()).norm();
+                moved += 1;
+                close += usize::from(apart < 3e-3);
+            }
         }
         // Packed bodies are chaotic: in Bullet a push repeated after rounding ends 1.6 mm away on average.
-        assert!(close * 2 >= pushes.len(), "{}: {close} of {} agree", engine.name(), pushes.len());
+        assert!(moved > 24 && close * 2 >= moved, "{}: {close} of {moved} moved bodies agree", engine.name());
     }
 }
 
@@ -246,5 +250,7 @@ fn unknown_engines_presets_and_bad_constants_are_refused_by_name() {
     assert!(fails(PhysicsOptions::preset("slow")).starts_with("physics.preset: "));
     let mut custom = jostle::physics::RapierSettings::fast();
     custom.speed = -1.0;
-    assert!(fails(PhysicsOptions { rapier: Some(custom), ..Default::default() }).starts_with("physics.speed: is -1"));
+    assert!(fails(PhysicsOptions::custom(EngineSettings::Rapier(custom))).starts_with("physics.speed: is -1"));
+    let mixed = PhysicsOptions { engine: "prism".into(), ..PhysicsOptions::custom(EngineSettings::Rapier(custom)) };
+    assert!(fails(mixed).starts_with("physics.settings: are constants of rapier"));
 }

@@ -37,6 +37,12 @@
 /// Trained networks.
 #define JOSTLE_FEATURE_NETWORKS 3
 
+/// The engine `planar`.
+#define JOSTLE_FEATURE_PLANAR 4
+
+/// The engine `prism`.
+#define JOSTLE_FEATURE_PRISM 5
+
 /// A call failed.
 #define JOSTLE_LOG_ERROR 1
 
@@ -272,6 +278,21 @@ typedef struct jostle_workspace {
   uint32_t reserved;
 } jostle_workspace;
 
+/// Where a body is wanted.
+typedef struct jostle_goal {
+  /// Set by jostle_goal_default().
+  uint32_t struct_size;
+  /// Turns about the body's origin that look the same: 1 (the default) none, 2 half a turn, 4 a square's, 0 any. A
+  /// disc about its origin counts as 0 whatever is given.
+  uint32_t symmetry;
+  /// Of the body's frame in the world.
+  struct jostle_pose2 pose;
+  /// A body whose origin is at most this far from the goal's is there, metres: 5 mm by default.
+  double position_tolerance;
+  /// And whose heading differs by at most this, radians: 3 degrees by default.
+  double rotation_tolerance;
+} jostle_goal;
+
 /// How far a decision is.
 typedef struct jostle_progress {
   /// Set by jostle_progress_default().
@@ -300,11 +321,13 @@ typedef struct jostle_planner_options {
   /// Worker threads; 0 runs everything on the caller. Never changes a plan made within a limit of iterations.
   /// JOSTLE_THREADS_OF_CONTEXT by default.
   uint32_t threads;
-  /// "pmbs" or "mcts"; null (the default) for "pmbs".
+  /// "pmbs" or "mcts" to retrieve a target, "untangle", "pmmr" or "hbfs" to bring bodies to the scene's goals; null
+  /// (the default) for "pmbs". The options on pushes, grasps and engines are for retrieval only.
   const char *planner;
-  /// Engine that predicts what a push does; null (the default) for "rapier".
+  /// Engine that predicts what a push does: "rapier", "planar", "prism" or "bullet"; null (the default) for the
+  /// planner's own.
   const char *engine;
-  /// The engine's preset: "fast", "balanced" or "fine"; null (the default) for "fast".
+  /// The engine's preset, "fast" or "fine" among others; null (the default) for the one that suits planning.
   const char *preset;
   /// Push sampler: "vft", "more", "pmbs" or "dense"; null (the default) for the planner's own.
   const char *sampler;
@@ -331,6 +354,10 @@ typedef struct jostle_planner_options {
   jostle_variant variant;
   /// 0.
   uint32_t reserved;
+  /// Engine in which the plan found and its best rivals are tried before the decision, a more faithful one than the
+  /// search can afford: "ENGINE" or "ENGINE:PRESET", such as "prism:fine"; "none" for no trying; null (the default)
+  /// for the planner's own choice.
+  const char *confirm;
 } jostle_planner_options;
 
 /// Told how far a decision is; a value other than 0 cancels it. It is called on the thread that decides (the caller's
@@ -366,11 +393,11 @@ typedef struct jostle_push {
 
 /// One action. Frozen: never changes.
 typedef struct jostle_action {
-  /// JOSTLE_ACTION_PUSH or JOSTLE_ACTION_GRASP.
+  /// One of the JOSTLE_ACTION_ values.
   jostle_action_kind kind;
   /// 0.
   uint32_t reserved;
-  /// The body that a grasp takes or a push was aimed at; zero for a push aimed at none.
+  /// The body that a grasp takes, a move moves or a push was aimed at; zero for a push aimed at none.
   struct jostle_body body;
   struct jostle_push push;
   struct jostle_grasp grasp;
@@ -420,6 +447,14 @@ typedef struct jostle_plan_statistics {
   double search_seconds;
   /// Score of the plan's last grasp in the model, 0 without one.
   double grasp_score;
+  /// Plans tried in the confirming engine before the decision; 0 where plans are not confirmed.
+  uint64_t plans_tried;
+  /// Of these, plans that succeed there too.
+  uint64_t plans_confirmed;
+  /// Pushes simulated in the confirming engine.
+  uint64_t confirm_simulations;
+  /// Wall-clock time of it, contained in `seconds`.
+  double confirm_seconds;
 } jostle_plan_statistics;
 
 /// How the world differs from the planner's model: not at all by default, but for the finer preset.
@@ -428,9 +463,9 @@ typedef struct jostle_simulator_options {
   uint32_t struct_size;
   /// 0.
   uint32_t reserved;
-  /// Engine; null (the default) for "rapier".
+  /// Engine: "rapier", "planar", "prism" or "bullet"; null (the default) for "rapier".
   const char *engine;
-  /// The engine's preset: "fast", "balanced" or "fine"; null (the default) for "fine".
+  /// The engine's preset, "fine" among others; null (the default) for the one that suits judging.
   const char *preset;
   /// Of friction and noise: the same seed is the same world. 0 by default.
   uint64_t seed;
@@ -515,6 +550,14 @@ typedef int32_t jostle_effect;
 /// A vertical two-finger grasp; `grasp` says which, `push` is zero.
 #define JOSTLE_ACTION_GRASP 2
 
+/// A pick-and-place of `body` in a rearrangement: `push` goes from where it is picked to where it is placed, `grasp` is
+/// zero. jostle_plan_waypoints gives both poses.
+#define JOSTLE_ACTION_PICK_PLACE 3
+
+/// A drag of `body` along the table in a rearrangement: `push` goes from where it begins to where it ends, `grasp` is
+/// zero. jostle_plan_waypoints gives the way.
+#define JOSTLE_ACTION_DRAG 4
+
 /// Its frame's origin is outside (the default).
 #define JOSTLE_LEAVE_CENTRE 1
 
@@ -542,13 +585,13 @@ typedef int32_t jostle_effect;
 /// It ended; jostle_job_take_plan gives its plan, or says why there is none.
 #define JOSTLE_JOB_DONE 2
 
-/// The plan ends with the target grasped, in the planner's model.
+/// The plan ends with the target grasped, or with every body at its goal, in the planner's model.
 #define JOSTLE_OUTCOME_SOLVED 1
 
-/// The search ended by itself without a grasp; the plan holds the best pushes found.
+/// The search ended by itself without a grasp, or short of the goals; the plan holds the best actions found.
 #define JOSTLE_OUTCOME_PARTIAL 2
 
-/// Nothing can be done: no grasp, and no legal push. The plan holds no actions.
+/// Nothing can be done: no grasp, and no legal push or move. The plan holds no actions.
 #define JOSTLE_OUTCOME_INFEASIBLE 3
 
 /// A limit was reached first; the plan holds the best found so far.
@@ -983,7 +1026,44 @@ jostle_status jostle_scene_get_friction(const struct jostle_scene *scene,
 /// Errors: ARGUMENT (not finite, out of 0..0.05), HANDLE, BUSY, POISONED.
 jostle_status jostle_scene_set_overlap_tolerance(struct jostle_scene *scene, double metres);
 
-/// Reads a problem's file (JSON, see docs/scene-format.md): the scene, and the body to retrieve.
+/// Sets every field to its default; `size` is sizeof(jostle_goal) as the caller was compiled. jostle_goal_default() in
+/// this header does it for you.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: the caller.
+/// Errors: ARGUMENT (null, a size that no version has).
+jostle_status jostle_goal_init(struct jostle_goal *goal,
+                               size_t size);
+
+/// Says where a body is wanted; planners of rearrangements bring it there. Whether the goals fit each other is checked
+/// when a planner is given the scene. A body without a goal may end anywhere.
+///
+/// Thread: exclusive use of scene.
+/// RT: no.
+/// Nullable: goal (takes the body's goal away).
+/// Owns: `goal` is copied.
+/// Errors: ARGUMENT (null, zero body, a field of goal: the message names it), HANDLE, BUSY, NOT_FOUND, POISONED, ABI.
+/// On failure the scene is unchanged.
+jostle_status jostle_scene_set_goal(struct jostle_scene *scene,
+                                    struct jostle_body body,
+                                    const struct jostle_goal *goal);
+
+/// Where a body is wanted.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: the caller; goal->struct_size says how much is written.
+/// Errors: ARGUMENT (null, zero body, goal not initialised), HANDLE, BUSY, NOT_FOUND (the body, or it has no goal),
+/// POISONED.
+jostle_status jostle_scene_get_goal(const struct jostle_scene *scene,
+                                    struct jostle_body body,
+                                    struct jostle_goal *goal);
+
+/// Reads a problem's file (JSON, see docs/scene-format.md): the scene, and the body to retrieve. Of a rearrangement, the
+/// scene with its goals, and zero.
 ///
 /// Thread: any.
 /// RT: no.
@@ -995,14 +1075,15 @@ jostle_status jostle_scene_read(const struct jostle_context *context,
                                 struct jostle_scene **scene,
                                 struct jostle_body *target);
 
-/// Writes the problem of retrieving `target` as a file (JSON) that jostle_scene_read and the command-line tool read.
+/// Writes the problem of retrieving `target`, or with a zero target that of bringing the bodies to their goals, as a
+/// file (JSON) that jostle_scene_read and the command-line tool read.
 ///
 /// Thread: shared use of scene.
 /// RT: no.
 /// Nullable: none.
 /// Owns: nothing.
-/// Errors: ARGUMENT (null, not UTF-8, zero target, absent target, bodies that overlap), HANDLE, BUSY, NOT_FOUND (target),
-/// IO, POISONED.
+/// Errors: ARGUMENT (null, not UTF-8, zero target of a scene without goals, absent target, bodies that overlap, goals
+/// that do not fit), HANDLE, BUSY, NOT_FOUND (target), IO, POISONED.
 jostle_status jostle_scene_write(const struct jostle_scene *scene,
                                  struct jostle_body target,
                                  const char *path);
@@ -1133,7 +1214,8 @@ jostle_status jostle_planner_new(const struct jostle_context *context,
 /// Errors: none returned; a dead handle leaves a message in jostle_last_error().
 void jostle_planner_free(struct jostle_planner *planner);
 
-/// Decides what to do to retrieve `target`, within the planner's limits, and waits for it. The search tree that
+/// Decides what to do to retrieve `target`, within the planner's limits, and waits for it. A planner of rearrangements
+/// is given a zero target, and brings the scene's bodies to their goals. The search tree that
 /// jostle_planner_advance kept is used if the scene is the one that was expected. The scene may be changed by other
 /// threads meanwhile: the planner has its own copy.
 ///
@@ -1329,6 +1411,32 @@ jostle_status jostle_plan_actions(const struct jostle_plan *plan,
                                   struct jostle_action *buffer,
                                   size_t capacity,
                                   size_t *count);
+
+/// Copies the poses of one action of a rearrangement, from 0: where the body is picked and where it is placed, or all
+/// waypoints of a drag. Between two of them the body moves straight and turns the shorter way round.
+///
+/// Thread: shared use of plan.
+/// RT: no.
+/// Nullable: buffer (with capacity 0: asks for the count).
+/// Owns: the caller owns the buffer.
+/// Errors: ARGUMENT (null), HANDLE, BUFFER (count was written), NOT_FOUND (the plan has no such action, or it is a push
+/// or a grasp).
+jostle_status jostle_plan_waypoints(const struct jostle_plan *plan,
+                                    size_t index,
+                                    struct jostle_pose2 *buffer,
+                                    size_t capacity,
+                                    size_t *count);
+
+/// What the moves of a rearrangement cost: the way with its fixed parts in metres, and the robot's time in seconds.
+///
+/// Thread: shared use of plan.
+/// RT: yes.
+/// Nullable: metres, seconds.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null plan), HANDLE, NOT_FOUND (a plan of a retrieval).
+jostle_status jostle_plan_cost(const struct jostle_plan *plan,
+                               double *metres,
+                               double *seconds);
 
 /// The search's value of one action, from 0.
 ///
@@ -1533,6 +1641,13 @@ static inline jostle_gripper jostle_gripper_default(void) {
 static inline jostle_workspace jostle_workspace_default(void) {
     jostle_workspace value;
     jostle_workspace_init(&value, sizeof value);
+    return value;
+}
+
+/// All defaults, with the size that this header knows.
+static inline jostle_goal jostle_goal_default(void) {
+    jostle_goal value;
+    jostle_goal_init(&value, sizeof value);
     return value;
 }
 

@@ -38,6 +38,7 @@ using action = jostle_action;
 using body = jostle_body;
 using body_def = jostle_body_def;
 using body_pose = jostle_body_pose;
+using goal = jostle_goal;
 using grasp = jostle_grasp;
 using pose2 = jostle_pose2;
 using progress = jostle_progress;
@@ -253,6 +254,21 @@ public:
             return jostle_scene_poses(get(), to, room, count);
         });
     }
+    /// Where a body is wanted, for planners of rearrangements.
+    void set_goal(body which, const jostle::goal &wanted) { check(jostle_scene_set_goal(get(), which, &wanted)); }
+    /// With the default tolerances.
+    void set_goal(body which, const pose2 &at) {
+        jostle::goal wanted = jostle_goal_default();
+        wanted.pose = at;
+        set_goal(which, wanted);
+    }
+    void clear_goal(body which) { check(jostle_scene_set_goal(get(), which, nullptr)); }
+    /// Throws where the body has none.
+    jostle::goal get_goal(body which) const {
+        jostle::goal wanted = jostle_goal_default();
+        check(jostle_scene_get_goal(get(), which, &wanted));
+        return wanted;
+    }
     void validate() const { check(jostle_scene_check(get())); }
     std::uint64_t hash() const {
         std::uint64_t value = 0;
@@ -344,6 +360,18 @@ public:
         return detail::array<action>([&](action *to, std::size_t room, std::size_t *count) {
             return jostle_plan_actions(get(), to, room, count);
         });
+    }
+    /// The poses of a move of a rearrangement: pick and place, or the waypoints of a drag.
+    std::vector<pose2> waypoints(std::size_t index) const {
+        return detail::array<pose2>([&](pose2 *to, std::size_t room, std::size_t *count) {
+            return jostle_plan_waypoints(get(), index, to, room, count);
+        });
+    }
+    /// Robot time of a rearrangement, seconds.
+    double robot_seconds() const {
+        double seconds = 0;
+        check(jostle_plan_cost(get(), nullptr, &seconds));
+        return seconds;
     }
     /// Where the planner expects all bodies after action `index`.
     std::vector<body_pose> predicted(std::size_t index) const {

@@ -1,34 +1,21 @@
 //! How well a model of pushing agrees with recorded pushes.
-//!
-//! A recording is a text file with one JSON object a line: `case`, `push` = [x0, y0, x1, y1] of the tip's centre,
-//! `tip` = {`w` across, `t` along}, `shapes[i]` = convex `pieces` in the body frame, `mass`, `izz` about the origin,
-//! `before` and `after` = [x, y, yaw] of every body, and optionally `after_fresh` (the same push in a fresh world).
-//! `before3d` = [x, y, z, qx, qy, qz, qw] says how the bodies leaned and how high they lay, for engines that know a
-//! stance. Other fields are ignored. The centre of mass is the body's origin.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::recording::{Recording, pose};
 use super::statistics::{mean, median, percentile};
-use crate::action::Push;
 use crate::error::{Error, Result};
-use crate::geom::{Footprint, Pose2, convex_hull, normalize_angle, vec2};
-use crate::physics::{PushJob, PushStatus, Stance, Transition};
+use crate::geom::{Footprint, Pose2, normalize_angle};
+use crate::physics::{PushJob, PushStatus, Transition};
 use crate::run::Stop;
-use crate::scene::{BodyDef, Friction, Gripper, PushTip, Scene, SceneBuilder, State};
+use crate::scene::Scene;
 
 /// A body counts as moved if its origin moved farther than this, metres ...
 pub const MOVED_POSITION: f64 = 0.002;
 /// ... or if it turned by more than this, radians.
 pub const MOVED_ROTATION: f64 = 2.0 * std::f64::consts::PI / 180.0;
-
-/// Height at which the recorded bodies' lower faces come to rest, metres: ground and collision margin.
-const RECORDED_REST: f64 = 0.0005;
-
-/// A case whose recordings are not planar (one block lies on another); left out.
-pub const NOT_PLANAR: &str = "testo09";
 
 /// Which recorded result is compared with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -39,155 +26,6 @@ pub enum Against {
     Recorded,
     /// The same push in a fresh world.
     Fresh,
-}
-
-/// One recorded push.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-pub struct Recording {
-    #[serde(default)]
-    pub id: String,
-    #[serde(default)]
-    pub case: String,
-    pub push: [f64; 4],
-    pub tip: RecordedTip,
-    pub shapes: Vec<RecordedShape>,
-    pub before: Vec<[f64; 3]>,
-    pub after: Vec<[f64; 3]>,
-    #[serde(default)]
-    pub after_fresh: Option<Vec<[f64; 3]>>,
-    #[serde(default)]
-    pub before3d: Option<Vec<[f64; 7]>>,
-}
-
-/// Metres.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-pub struct RecordedTip {
-    /// Across the push.
-    pub w: f64,
-    /// Along the push.
-    pub t: f64,
-}
-
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-pub struct RecordedShape {
-    pub pieces: Vec<Vec<[f64; 2]>>,
-    pub mass: f64,
-    pub izz: f64,
-}
-
-/// Reads a recording file. Errors name the line.
-pub fn read(path: &Path) -> Result<Vec<Recording>> {
-    parse(path, &std::fs::read_to_string(path).map_err(|e| Error::io(path, e))?)
-}
-
-fn parse(path: &Path, text: &str) -> Result<Vec<Recording>> {
-    let mut recordings = Vec::new();
-    for (i, line) in text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
-        let recording: Recording =
-            serde_json::from_str(line).map_err(|e| Error::format(path, format!("line {}: {e}", i + 1)))?;
-        recording.check().map_err(|e| Error::format(path, format!("line {}: {e}", i + 1)))?;
-        recordings.push(recording);
-    }
-    if recordings.is_empty() {
-        return Err(Error::format(path, "holds no recorded pushes; it should have one JSON object a line"));
-    }
-    Ok(recordings)
-}
-
-impl Recording {
-    /// Recordings of pushes in the plane can be compared with planar models.
-    pub fn is_planar(&self) -> bool {
-        !self.case.contains(NOT_PLANAR)
-    }
-
-    fn check(&self) -> Result<()> {
-        let n = self.shapes.len();
-        let same = |field: &str, count: usize| {
-            if count == n {
-                return Ok(());
-            }
-            Err(Error::argument(field, format!("has {count} poses for {n} shapes; give one for each")))
-        };
-        same("before", self.before.len())?;
-        same("after", self.after.len())?;
-        self.after_fresh.as_ref().map_or(Ok(()), |fresh| same("after_fresh", fresh.len()))?;
-        self.before3d.as_ref().map_or(Ok(()), |poses| same("before3d", poses.len()))?;
-        let poses = self.before.iter().chain(&self.after).chain(self.after_fresh.iter().flatten());
-        if !poses.flatten().chain(&self.push).all(|v| v.is_finite())
-            || !self.before3d.iter().flatten().flatten().all(|v| v.is_finite())
-        {
-            return Err(Error::argument("recording", "holds a number that is not finite"));
-        }
-        self.scene().map(|_| ())
-    }
-
-    /// The scene of the recording: friction as in the recording simulator, centre of mass at the origin.
-    pub fn scene(&self) -> Result<Scene> {
-        let mut builder = SceneBuilder::new();
-        for shape in &self.shapes {
-            // Rounding of the recorded corners may have bent a straight edge inwards: hence the hulls.
-            let hull = |piece: &Vec<[f64; 2]>| convex_hull(&piece.iter().map(|p| vec2(p[0], p[1])).collect::<Vec<_>>());
-            let footprint = Footprint::from_convex_pieces(shape.pieces.iter().map(hull).collect())?;
-            builder.add_body(BodyDef {
-                mass: shape.mass,
-                friction: 0.5,
-                centre_of_mass: Some([0.0, 0.0]),
-                inertia: Some(shape.izz),
-                ..BodyDef::new(footprint.shape)
-            })?;
-        }
-        let push = PushTip { width: self.tip.w, thickness: self.tip.t, clearance: 0.0 };
-        builder.gripper(Gripper { name: "recorded tip".into(), push, ..Gripper::default() });
-        builder.friction(Friction { ground: 1.1, tip: 0.9 });
-        builder.build()
-    }
-
-    /// Where the bodies were.
-    pub fn state(&self) -> State {
-        State::new(self.before.iter().map(pose))
-    }
-
-    pub fn push(&self) -> Push {
-        let [x0, y0, x1, y1] = self.push;
-        Push::new(vec2(x0, y0), vec2(x1, y1))
-    }
-
-    /// How the bodies stood; empty where the recording does not say. `scene` is the recording's.
-    pub fn stances(&self, scene: &Scene) -> Vec<Stance> {
-        let bodies = scene.bodies().iter();
-        self.before3d.iter().flatten().zip(bodies).map(|(pose, body)| stance(pose, body.height)).collect()
-    }
-
-    fn result(&self, against: Against) -> Option<&[[f64; 3]]> {
-        match against {
-            Against::Recorded => Some(&self.after),
-            Against::Fresh => self.after_fresh.as_deref(),
-        }
-    }
-}
-
-/// A block stands on whichever of its sides is nearest to level; it leans by what is left.
-fn stance(pose: &[f64; 7], height: f64) -> Stance {
-    let [_, _, z, qx, qy, qz, qw] = *pose;
-    // The vertical components of the block's axes, and the axis that is nearest to the vertical.
-    let third = [2.0 * (qx * qz - qy * qw), 2.0 * (qy * qz + qx * qw), 1.0 - 2.0 * (qx * qx + qy * qy)];
-    let axis = (0..3).fold(0, |best, k| if third[k].abs() > third[best].abs() { k } else { best });
-    let horizontal = [
-        [1.0 - 2.0 * (qy * qy + qz * qz), 2.0 * (qx * qy + qz * qw)],
-        [2.0 * (qx * qy - qz * qw), 1.0 - 2.0 * (qx * qx + qz * qz)],
-        [2.0 * (qx * qz + qy * qw), 2.0 * (qy * qz - qx * qw)],
-    ][axis];
-    let [x, y] = horizontal.map(|v| v * third[axis].signum());
-    let (sine, cosine) = (x.hypot(y), third[axis].abs());
-    // The turn that takes the vertical to the axis: about the horizontal direction across it.
-    let scale = if sine > 0.0 { sine.atan2(cosine) / sine } else { 0.0 };
-    // A block's origin lies amid its height only if it stands upright.
-    let rise = if axis == 2 { z - (RECORDED_REST + height / 2.0) } else { 0.0 };
-    Stance { lean: [-y * scale, x * scale], rise }
-}
-
-fn pose(p: &[f64; 3]) -> Pose2 {
-    Pose2::new(p[0], p[1], p[2])
 }
 
 /// Agreement over bodies that moved in either result.
@@ -320,8 +158,10 @@ impl Sums {
 
 #[cfg(test)]
 mod tests {
+    use super::super::recording::parse;
     use super::super::testing::Slide;
     use super::*;
+    use std::path::Path;
 
     /// Two squares of 40 mm; the first one was pushed 20 mm along x, and turned by 10 degrees in the fresh world.
     const LINE: &str = r#"{"id": "a", "case": "hard/test01.txt", "push": [0.44, 0, 0.48, 0], "tip": {"w": 0.03, "t": 0.022},
@@ -371,18 +211,6 @@ mod tests {
         let text = format!("{}\n{}\n\n", line(), line().replace("test01", "testo09"));
         let f = check(Pose2::new(0.02, 0.0, 0.0), Against::Recorded, &text);
         assert_eq!((f.pushes, f.left_out), (1, 1));
-    }
-
-    #[test]
-    fn a_stance_is_the_lean_from_the_nearest_side() {
-        let half = 0.002f64.sin();
-        let upright = stance(&[0.0, 0.0, 0.0231, half, 0.0, 0.0, 0.002f64.cos()], 0.045);
-        assert!((upright.lean[0] - 0.004).abs() < 1e-9 && upright.lean[1].abs() < 1e-12, "{upright:?}");
-        assert!((upright.rise - 1e-4).abs() < 1e-12);
-        // On its side: turned by a right angle about x, and 4 mrad less.
-        let angle: f64 = std::f64::consts::FRAC_PI_4 - 0.002;
-        let side = stance(&[0.0, 0.0, 0.03, angle.sin(), 0.0, 0.0, angle.cos()], 0.045);
-        assert!((side.lean[0] + 0.004).abs() < 1e-9 && side.rise == 0.0, "{side:?}");
     }
 
     #[test]

@@ -8,13 +8,18 @@
 //!
 //! Trials run one after the other: a planner uses the threads it was given.
 
+pub mod arrange;
+pub mod certificate;
 #[cfg(feature = "bullet")]
 mod calibration;
 mod closed_loop;
+mod crosscheck;
 mod fidelity;
 mod holds;
 mod judge;
 mod metrics;
+mod rearrange;
+mod recording;
 mod report;
 pub mod statistics;
 mod suite;
@@ -24,11 +29,16 @@ mod testing;
 #[cfg(feature = "bullet")]
 pub use calibration::{Confusion, GraspSample, grasp_samples};
 pub use closed_loop::{ClosedLoopOptions, DEFAULT_MAX_ACTIONS, Event, Policy, run_case, run_trial};
-pub use fidelity::{
-    Against, AllAgreement, Fidelity, MOVED_POSITION, MOVED_ROTATION, MovedAgreement, RecordedShape, RecordedTip,
-    Recording, compare, read as read_recordings,
-};
+pub use crosscheck::{Crosscheck, CrosscheckRow, crosscheck};
+pub use fidelity::{Against, AllAgreement, Fidelity, MOVED_POSITION, MOVED_ROTATION, MovedAgreement, compare};
 pub use judge::{Judge, JudgeOptions};
 pub use metrics::{CaseReport, Decision, Effect, Mean, Spread, Total, Trial, TrialEnd};
+pub use rearrange::{
+    REARRANGE_MAX_ACTIONS, RearrangeCase, RearrangeEnd, RearrangeReport, RearrangeTrial, RearrangeTrials,
+    rearrange_case, rearrange_suite,
+};
+pub use recording::{
+    RecordParams, RecordedShape, RecordedTip, Recording, read as read_recordings, record, to_lines as recording_lines,
+};
 pub use report::{BudgetReport, Configuration, Report, run_suite};
 pub use suite::{Refused, Suite, is_original, max_actions, needs_push, push_travel, read_problem, with_gripper};

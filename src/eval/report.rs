@@ -19,6 +19,8 @@ pub struct Configuration {
     pub variant: Variant,
     /// The engine of the planner's model.
     pub physics: PhysicsOptions,
+    /// The engine that plans are confirmed in; none if they are not.
+    pub confirm: Option<PhysicsOptions>,
     pub gripper: String,
     pub sampler: Option<String>,
     /// Metres; none is the sampler's own.
@@ -44,14 +46,15 @@ pub struct BudgetReport {
 }
 
 impl Configuration {
-    pub fn new(suite: &str, gripper: &str, options: &ClosedLoopOptions) -> Configuration {
+    pub fn new(suite: &str, gripper: &str, options: &ClosedLoopOptions) -> Result<Configuration> {
         let p = &options.planner;
-        Configuration {
+        Ok(Configuration {
             version: env!("CARGO_PKG_VERSION").into(),
             suite: suite.into(),
             planner: p.planner.clone(),
             variant: p.variant,
-            physics: p.physics.clone(),
+            physics: p.model()?,
+            confirm: p.confirmed_in()?,
             gripper: gripper.into(),
             sampler: p.sampler.clone(),
             push_length: p.push_length,
@@ -65,7 +68,7 @@ impl Configuration {
             trials: options.trials,
             max_actions: options.max_actions,
             judge: options.judge.clone(),
-        }
+        })
     }
 }
 
@@ -96,7 +99,7 @@ pub fn run_suite(
         }
     }
     Ok(Report {
-        configuration: Configuration::new(&suite.name, &suite.gripper(), options),
+        configuration: Configuration::new(&suite.name, &suite.gripper(), options)?,
         total: Total::of(&cases),
         cases,
         refused: suite.refused.clone(),

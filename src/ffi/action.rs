@@ -3,7 +3,7 @@
 use super::abi::{jostle_body, jostle_vec2, read};
 use super::scene::Bodies;
 use super::status::{Failure, Outcome};
-use crate::action::{Action, Grasp, Push};
+use crate::action::{Action, Grasp, Move, Push};
 
 /// What an action is: one of the JOSTLE_ACTION_ values.
 pub type jostle_action_kind = i32;
@@ -11,6 +11,12 @@ pub type jostle_action_kind = i32;
 pub const JOSTLE_ACTION_PUSH: jostle_action_kind = 1;
 /// A vertical two-finger grasp; `grasp` says which, `push` is zero.
 pub const JOSTLE_ACTION_GRASP: jostle_action_kind = 2;
+/// A pick-and-place of `body` in a rearrangement: `push` goes from where it is picked to where it is placed, `grasp` is
+/// zero. jostle_plan_waypoints gives both poses.
+pub const JOSTLE_ACTION_PICK_PLACE: jostle_action_kind = 3;
+/// A drag of `body` along the table in a rearrangement: `push` goes from where it begins to where it ends, `grasp` is
+/// zero. jostle_plan_waypoints gives the way.
+pub const JOSTLE_ACTION_DRAG: jostle_action_kind = 4;
 
 /// A straight push in the world frame: the closed fingers come down at `start`, move to `end` and lift. The points are
 /// the centre of the fingers' footprint; their width stays across the push. Frozen: never changes.
@@ -43,11 +49,11 @@ pub struct jostle_grasp {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct jostle_action {
-    /// JOSTLE_ACTION_PUSH or JOSTLE_ACTION_GRASP.
+    /// One of the JOSTLE_ACTION_ values.
     pub kind: jostle_action_kind,
     /// 0.
     pub reserved: u32,
-    /// The body that a grasp takes or a push was aimed at; zero for a push aimed at none.
+    /// The body that a grasp takes, a move moves or a push was aimed at; zero for a push aimed at none.
     pub body: jostle_body,
     pub push: jostle_push,
     pub grasp: jostle_grasp,
@@ -78,6 +84,20 @@ pub(super) fn c_action(action: &Action, bodies: &Bodies) -> jostle_action {
             grasp: c_grasp(grasp),
             ..jostle_action::default()
         },
+    }
+}
+
+pub(super) fn c_move(action: &Move, bodies: &Bodies) -> jostle_action {
+    let kind = match action {
+        Move::PickPlace { .. } => JOSTLE_ACTION_PICK_PLACE,
+        Move::Drag { .. } => JOSTLE_ACTION_DRAG,
+    };
+    let (from, to) = (action.from(), action.to());
+    jostle_action {
+        kind,
+        body: bodies.id(action.body()),
+        push: jostle_push { start: [from.x, from.y].into(), end: [to.x, to.y].into() },
+        ..jostle_action::default()
     }
 }
 
@@ -120,6 +140,9 @@ pub(super) unsafe fn read_action(action: *const jostle_action, bodies: &Bodies) 
                 margin: grasp.margin,
                 score: grasp.score,
             }))
+        }
+        JOSTLE_ACTION_PICK_PLACE | JOSTLE_ACTION_DRAG => {
+            Err(Failure::argument("action.kind", "is a move of a rearrangement, which has no place here"))
         }
         kind => Err(Failure::argument("action.kind", format!("is {kind}; it must be a JOSTLE_ACTION_ value"))),
     }

@@ -10,8 +10,9 @@
 //! | `abi` | sized structs, strings, arrays, outputs |
 //! | `status`, `log`, `version` | status codes, log messages, versions and features |
 //! | `context`, `scene`, `body`, `planner`, `job`, `plan`, `cancel`, `progress`, `simulator` | one noun each |
-//! | `options`, `scene_file` | more of scenes: gripper, workspace, friction; files and the generator |
+//! | `options`, `goal`, `scene_file` | more of scenes: gripper, workspace, friction; goals; files and the generator |
 //! | `action` | actions, which plans and simulators share |
+//! | `decider` | the two kinds of planners behind a planner's handle |
 
 #![allow(non_camel_case_types)]
 // What a caller has to keep is the header's `Thread`, `Nullable` and `Owns` lines, the same for every function.
@@ -22,6 +23,8 @@ pub mod action;
 pub mod body;
 pub mod cancel;
 pub mod context;
+mod decider;
+pub mod goal;
 mod guard;
 mod handle;
 pub mod job;

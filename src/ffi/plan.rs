@@ -3,26 +3,29 @@
 use std::ffi::c_char;
 use std::sync::Arc;
 
-use super::abi::{Sized32, fill, fill_text, init_sized, jostle_body_pose, out, write_sized};
-use super::action::{c_action, jostle_action};
+use super::abi::{Sized32, fill, fill_text, init_sized, jostle_body_pose, jostle_pose2, out, write_sized};
+use super::action::{c_action, c_move, jostle_action};
 use super::guard::{free, guard};
 use super::handle::{Kind, Object};
 use super::log::Log;
 use super::scene::Bodies;
 use super::status::{Failure, JOSTLE_ERROR_NOT_FOUND, Outcome, jostle_status};
+use crate::action::Move;
 use crate::error::Error;
-use crate::plan::{self, RankedAction};
+use crate::plan;
+use crate::plan::rearrange::RearrangePlan;
+use crate::scene::State;
 
 /// The answer of a planner. It never changes. Opaque.
 pub struct jostle_plan(());
 
 /// How a decision ended: one of the JOSTLE_OUTCOME_ values. None of them is an error.
 pub type jostle_outcome = i32;
-/// The plan ends with the target grasped, in the planner's model.
+/// The plan ends with the target grasped, or with every body at its goal, in the planner's model.
 pub const JOSTLE_OUTCOME_SOLVED: jostle_outcome = 1;
-/// The search ended by itself without a grasp; the plan holds the best pushes found.
+/// The search ended by itself without a grasp, or short of the goals; the plan holds the best actions found.
 pub const JOSTLE_OUTCOME_PARTIAL: jostle_outcome = 2;
-/// Nothing can be done: no grasp, and no legal push. The plan holds no actions.
+/// Nothing can be done: no grasp, and no legal push or move. The plan holds no actions.
 pub const JOSTLE_OUTCOME_INFEASIBLE: jostle_outcome = 3;
 /// A limit was reached first; the plan holds the best found so far.
 pub const JOSTLE_OUTCOME_BUDGET: jostle_outcome = 4;
@@ -57,6 +60,14 @@ pub struct jostle_plan_statistics {
     pub search_seconds: f64,
     /// Score of the plan's last grasp in the model, 0 without one.
     pub grasp_score: f64,
+    /// Plans tried in the confirming engine before the decision; 0 where plans are not confirmed.
+    pub plans_tried: u64,
+    /// Of these, plans that succeed there too.
+    pub plans_confirmed: u64,
+    /// Pushes simulated in the confirming engine.
+    pub confirm_simulations: u64,
+    /// Wall-clock time of it, contained in `seconds`.
+    pub confirm_seconds: f64,
 }
 
 // SAFETY: repr(C), struct_size first, numbers without padding.
@@ -75,6 +86,10 @@ unsafe impl Sized32 for jostle_plan_statistics {
             domain_seconds: 0.0,
             search_seconds: 0.0,
             grasp_score: 0.0,
+            plans_tried: 0,
+            plans_confirmed: 0,
+            confirm_simulations: 0,
+            confirm_seconds: 0.0,
         }
     }
 }
@@ -98,20 +113,52 @@ pub struct jostle_ranked_action {
 
 pub(super) struct Plan {
     log: Arc<Log>,
-    plan: plan::Plan,
+    made: Made,
+    /// The actions of either, as C has them.
+    actions: Vec<jostle_action>,
     bodies: Bodies,
+}
+
+/// What kind of plan it is.
+enum Made {
+    Retrieval(plan::Plan),
+    Rearrangement(RearrangePlan),
 }
 
 impl Plan {
     pub fn new(log: &Arc<Log>, plan: plan::Plan, bodies: Bodies) -> Plan {
-        Plan { log: Arc::clone(log), plan, bodies }
+        let actions = plan.actions.iter().map(|step| c_action(&step.action, &bodies)).collect();
+        Plan { log: Arc::clone(log), made: Made::Retrieval(plan), actions, bodies }
     }
 
-    fn step(&self, index: usize) -> Outcome<&plan::PlannedAction> {
-        self.plan.actions.get(index).ok_or_else(|| {
-            let count = self.plan.actions.len();
-            Failure::new(JOSTLE_ERROR_NOT_FOUND, format!("index: is {index}; the plan has {count} actions"))
-        })
+    pub fn of_moves(log: &Arc<Log>, plan: RearrangePlan, bodies: Bodies) -> Plan {
+        let actions = plan.moves.iter().map(|step| c_move(&step.action, &bodies)).collect();
+        Plan { log: Arc::clone(log), made: Made::Rearrangement(plan), actions, bodies }
+    }
+
+    fn outcome(&self) -> plan::Outcome {
+        match &self.made {
+            Made::Retrieval(plan) => plan.outcome,
+            Made::Rearrangement(plan) => plan.outcome,
+        }
+    }
+
+    /// One action's value and the state after it.
+    fn step(&self, index: usize) -> Outcome<(f64, &State)> {
+        let step = match &self.made {
+            Made::Retrieval(plan) => plan.actions.get(index).map(|step| (step.value, &step.predicted)),
+            Made::Rearrangement(plan) => plan.moves.get(index).map(|step| (step.value, &step.predicted)),
+        };
+        step.ok_or_else(|| self.no_action(index))
+    }
+
+    fn action(&self, index: usize) -> Outcome<jostle_action> {
+        self.actions.get(index).copied().ok_or_else(|| self.no_action(index))
+    }
+
+    fn no_action(&self, index: usize) -> Failure {
+        let count = self.actions.len();
+        Failure::new(JOSTLE_ERROR_NOT_FOUND, format!("index: is {index}; the plan has {count} actions"))
     }
 }
 
@@ -160,7 +207,7 @@ pub unsafe extern "C" fn jostle_plan_free(plan: *mut jostle_plan) {
 pub unsafe extern "C" fn jostle_plan_outcome(plan: *const jostle_plan, outcome: *mut jostle_outcome) -> jostle_status {
     with("jostle_plan_outcome", plan, |plan| {
         // SAFETY: the caller promises a writable place.
-        unsafe { out(outcome, "outcome") }?.set(c_outcome(plan.plan.outcome));
+        unsafe { out(outcome, "outcome") }?.set(c_outcome(plan.outcome()));
         Ok(())
     })
 }
@@ -196,7 +243,7 @@ pub extern "C" fn jostle_outcome_name(outcome: jostle_outcome) -> *const c_char 
 pub unsafe extern "C" fn jostle_plan_action_count(plan: *const jostle_plan, count: *mut usize) -> jostle_status {
     with("jostle_plan_action_count", plan, |plan| {
         // SAFETY: the caller promises a writable place.
-        unsafe { out(count, "count") }?.set(plan.plan.actions.len());
+        unsafe { out(count, "count") }?.set(plan.actions.len());
         Ok(())
     })
 }
@@ -217,7 +264,7 @@ pub unsafe extern "C" fn jostle_plan_action(
     with("jostle_plan_action", plan, |plan| {
         // SAFETY: the caller promises a writable place.
         let out = unsafe { out(action, "action") }?;
-        out.set(c_action(&plan.step(index)?.action, &plan.bodies));
+        out.set(plan.action(index)?);
         Ok(())
     })
 }
@@ -237,9 +284,66 @@ pub unsafe extern "C" fn jostle_plan_actions(
     count: *mut usize,
 ) -> jostle_status {
     with("jostle_plan_actions", plan, |plan| {
-        let actions: Vec<_> = plan.plan.actions.iter().map(|step| c_action(&step.action, &plan.bodies)).collect();
         // SAFETY: the caller promises room for `capacity` actions.
-        unsafe { fill(buffer, capacity, count, &actions) }
+        unsafe { fill(buffer, capacity, count, &plan.actions) }
+    })
+}
+
+/// Copies the poses of one action of a rearrangement, from 0: where the body is picked and where it is placed, or all
+/// waypoints of a drag. Between two of them the body moves straight and turns the shorter way round.
+///
+/// Thread: shared use of plan.
+/// RT: no.
+/// Nullable: buffer (with capacity 0: asks for the count).
+/// Owns: the caller owns the buffer.
+/// Errors: ARGUMENT (null), HANDLE, BUFFER (count was written), NOT_FOUND (the plan has no such action, or it is a push
+/// or a grasp).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_plan_waypoints(
+    plan: *const jostle_plan,
+    index: usize,
+    buffer: *mut jostle_pose2,
+    capacity: usize,
+    count: *mut usize,
+) -> jostle_status {
+    with("jostle_plan_waypoints", plan, |plan| {
+        // SAFETY: the caller promises a writable place.
+        unsafe { out(count, "count") }?;
+        plan.action(index)?;
+        let Made::Rearrangement(made) = &plan.made else {
+            return Err(Failure::new(JOSTLE_ERROR_NOT_FOUND, "index: pushes and grasps have no waypoints"));
+        };
+        let poses = made.moves.get(index).map(|step| step.action.poses()).unwrap_or_default();
+        let poses: Vec<jostle_pose2> = poses.into_iter().map(jostle_pose2::from).collect();
+        // SAFETY: the caller promises room for `capacity` poses.
+        unsafe { fill(buffer, capacity, count, &poses) }
+    })
+}
+
+/// What the moves of a rearrangement cost: the way with its fixed parts in metres, and the robot's time in seconds.
+///
+/// Thread: shared use of plan.
+/// RT: yes.
+/// Nullable: metres, seconds.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null plan), HANDLE, NOT_FOUND (a plan of a retrieval).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_plan_cost(
+    plan: *const jostle_plan,
+    metres: *mut f64,
+    seconds: *mut f64,
+) -> jostle_status {
+    with("jostle_plan_cost", plan, |plan| {
+        let Made::Rearrangement(made) = &plan.made else {
+            return Err(Failure::new(JOSTLE_ERROR_NOT_FOUND, "plan: only a rearrangement's has a cost"));
+        };
+        for (place, name, value) in [(metres, "metres", made.cost), (seconds, "seconds", made.robot_seconds)] {
+            if !place.is_null() {
+                // SAFETY: the caller promises writable places if they are not null.
+                unsafe { out(place, name) }?.set(value);
+            }
+        }
+        Ok(())
     })
 }
 
@@ -255,7 +359,7 @@ pub unsafe extern "C" fn jostle_plan_value(plan: *const jostle_plan, index: usiz
     with("jostle_plan_value", plan, |plan| {
         // SAFETY: the caller promises a writable place.
         let out = unsafe { out(value, "value") }?;
-        out.set(plan.step(index)?.value);
+        out.set(plan.step(index)?.0);
         Ok(())
     })
 }
@@ -279,7 +383,7 @@ pub unsafe extern "C" fn jostle_plan_predicted(
         // SAFETY: the caller promises a writable place, and room for `capacity` poses.
         unsafe {
             out(count, "count")?;
-            fill(buffer, capacity, count, &plan.bodies.poses(&plan.step(index)?.predicted))
+            fill(buffer, capacity, count, &plan.bodies.poses(plan.step(index)?.1))
         }
     })
 }
@@ -299,16 +403,26 @@ pub unsafe extern "C" fn jostle_plan_considered(
     count: *mut usize,
 ) -> jostle_status {
     with("jostle_plan_considered", plan, |plan| {
-        let ranked = |r: &RankedAction| jostle_ranked_action {
-            action: c_action(&r.action, &plan.bodies),
-            value: r.value,
-            best_return: r.best_return,
-            visits: r.visits,
-            prior: r.prior,
-            solution_actions: r.solution_level.unwrap_or(super::progress::JOSTLE_NO_SOLUTION),
-            reserved: 0,
+        macro_rules! ranked {
+            ($list:expr, $action:expr) => {
+                $list
+                    .iter()
+                    .map(|r| jostle_ranked_action {
+                        action: $action(&r.action, &plan.bodies),
+                        value: r.value,
+                        best_return: r.best_return,
+                        visits: r.visits,
+                        prior: r.prior,
+                        solution_actions: r.solution_level.unwrap_or(super::progress::JOSTLE_NO_SOLUTION),
+                        reserved: 0,
+                    })
+                    .collect()
+            };
+        }
+        let considered: Vec<jostle_ranked_action> = match &plan.made {
+            Made::Retrieval(made) => ranked!(made.considered, c_action),
+            Made::Rearrangement(made) => ranked!(made.considered, c_move),
         };
-        let considered: Vec<_> = plan.plan.considered.iter().map(ranked).collect();
         // SAFETY: the caller promises room for `capacity` actions.
         unsafe { fill(buffer, capacity, count, &considered) }
     })
@@ -344,18 +458,25 @@ pub unsafe extern "C" fn jostle_plan_get_statistics(
     statistics: *mut jostle_plan_statistics,
 ) -> jostle_status {
     with("jostle_plan_get_statistics", plan, |plan| {
-        let s = &plan.plan.statistics;
+        let (s, seed, grasp_score) = match &plan.made {
+            Made::Retrieval(made) => (&made.statistics, made.seed, made.grasp_score),
+            Made::Rearrangement(made) => (&made.statistics, made.seed, 0.0),
+        };
         let value = jostle_plan_statistics {
             struct_size: 0,
             no_plan_within: s.no_plan_within.unwrap_or(JOSTLE_UNKNOWN),
             iterations: s.iterations,
             nodes: s.nodes,
             simulations: s.simulations,
-            seed: plan.plan.seed,
+            seed,
             seconds: s.seconds,
             domain_seconds: s.domain_seconds,
             search_seconds: s.search_seconds,
-            grasp_score: plan.plan.grasp_score,
+            grasp_score,
+            plans_tried: s.plans_tried,
+            plans_confirmed: s.plans_confirmed,
+            confirm_simulations: s.confirm_simulations,
+            confirm_seconds: s.confirm_seconds,
         };
         // SAFETY: the caller promises an initialised struct.
         unsafe { write_sized(statistics, "statistics", &value) }
@@ -374,7 +495,10 @@ pub unsafe extern "C" fn jostle_plan_get_statistics(
 pub unsafe extern "C" fn jostle_plan_hash(plan: *const jostle_plan, hash: *mut u64) -> jostle_status {
     with("jostle_plan_hash", plan, |plan| {
         // SAFETY: the caller promises a writable place.
-        unsafe { out(hash, "hash") }?.set(plan.plan.hash_bits());
+        unsafe { out(hash, "hash") }?.set(match &plan.made {
+            Made::Retrieval(made) => made.hash_bits(),
+            Made::Rearrangement(made) => made.hash_bits(),
+        });
         Ok(())
     })
 }
@@ -394,32 +518,68 @@ pub unsafe extern "C" fn jostle_plan_json(
     length: *mut usize,
 ) -> jostle_status {
     with("jostle_plan_json", plan, |plan| {
-        let p = &plan.plan;
-        let steps: Vec<_> = p
-            .actions
-            .iter()
-            .map(|step| {
-                let poses: Vec<_> = step.predicted.iter().collect();
-                serde_json::json!({ "action": step.action, "value": step.value, "predicted": poses })
-            })
-            .collect();
-        let considered: Vec<_> = p
-            .considered
-            .iter()
-            .map(|r| {
-                serde_json::json!({
-                    "action": r.action, "value": r.value, "best_return": r.best_return, "visits": r.visits,
-                    "prior": r.prior, "solution_actions": r.solution_level,
-                })
-            })
-            .collect();
-        let value = serde_json::json!({
-            "planner": p.planner, "seed": p.seed, "outcome": p.outcome, "grasp_score": p.grasp_score,
-            "actions": steps, "considered": considered, "statistics": p.statistics,
-        });
+        let value = match &plan.made {
+            Made::Retrieval(made) => retrieval_json(made),
+            Made::Rearrangement(made) => rearrangement_json(made),
+        };
         let text = serde_json::to_string(&value)
             .map_err(|e| Failure::from(Error::Internal(format!("a plan cannot be written: {e}"))))?;
         // SAFETY: the caller promises room for `capacity` characters.
         unsafe { fill_text(buffer, capacity, length, &text) }
+    })
+}
+
+fn retrieval_json(p: &plan::Plan) -> serde_json::Value {
+    let steps: Vec<_> = p
+        .actions
+        .iter()
+        .map(|step| {
+            let poses: Vec<_> = step.predicted.iter().collect();
+            serde_json::json!({ "action": step.action, "value": step.value, "predicted": poses })
+        })
+        .collect();
+    let considered: Vec<_> = p
+        .considered
+        .iter()
+        .map(|r| {
+            serde_json::json!({
+                "action": r.action, "value": r.value, "best_return": r.best_return, "visits": r.visits,
+                "prior": r.prior, "solution_actions": r.solution_level,
+            })
+        })
+        .collect();
+    serde_json::json!({
+        "planner": p.planner, "seed": p.seed, "outcome": p.outcome, "grasp_score": p.grasp_score,
+        "actions": steps, "considered": considered, "statistics": p.statistics,
+    })
+}
+
+fn move_json(action: &Move) -> serde_json::Value {
+    let kind = if matches!(action, Move::Drag { .. }) { "drag" } else { "pick_place" };
+    serde_json::json!({ "kind": kind, "body": action.body(), "poses": action.poses() })
+}
+
+fn rearrangement_json(p: &RearrangePlan) -> serde_json::Value {
+    let steps: Vec<_> = p
+        .moves
+        .iter()
+        .map(|step| {
+            let poses: Vec<_> = step.predicted.iter().collect();
+            serde_json::json!({ "action": move_json(&step.action), "value": step.value, "predicted": poses })
+        })
+        .collect();
+    let considered: Vec<_> = p
+        .considered
+        .iter()
+        .map(|r| {
+            serde_json::json!({
+                "action": move_json(&r.action), "value": r.value, "best_return": r.best_return, "visits": r.visits,
+                "prior": r.prior, "solution_actions": r.solution_level,
+            })
+        })
+        .collect();
+    serde_json::json!({
+        "planner": p.planner, "seed": p.seed, "outcome": p.outcome, "cost": p.cost, "robot_seconds": p.robot_seconds,
+        "actions": steps, "considered": considered, "statistics": p.statistics,
     })
 }

@@ -7,21 +7,21 @@ use std::time::Duration;
 use super::abi::{
     Sized32, init_sized, jostle_body, optional_text, out, out_handle, read_sized_or_default, write_sized,
 };
-use super::action::{jostle_action, read_action};
+use super::action::jostle_action;
 use super::cancel::{Cancel, jostle_cancel};
 use super::context::{Context, MAX_THREADS, jostle_context};
+use super::decider::{Decider, is_rearranger};
 use super::guard::{self, Call, free, guard};
 use super::handle::{Kind, Object};
-use super::log::{JOSTLE_LOG_INFO, Log};
+use super::log::Log;
 use super::plan::{Plan, jostle_plan};
 use super::progress::{Listener, Publisher, jostle_progress, jostle_progress_callback};
 use super::scene::{Bodies, Scene, jostle_scene};
 use super::status::{Failure, Outcome, jostle_status};
 use crate::error::Error;
-use crate::physics::PhysicsOptions;
-use crate::plan::{Control, GraspDecision, Planner as Engine, PlannerOptions, Variant};
+use crate::plan::{Control, GraspDecision, PlannerOptions, Variant};
 use crate::run::Budget;
-use crate::scene::Problem;
+use crate::scene::AnyProblem;
 
 /// Decides what a robot does next: options in, plans out, a search tree kept between decisions. Opaque.
 pub struct jostle_planner(());
@@ -49,11 +49,13 @@ pub struct jostle_planner_options {
     /// Worker threads; 0 runs everything on the caller. Never changes a plan made within a limit of iterations.
     /// JOSTLE_THREADS_OF_CONTEXT by default.
     pub threads: u32,
-    /// "pmbs" or "mcts"; null (the default) for "pmbs".
+    /// "pmbs" or "mcts" to retrieve a target, "untangle", "pmmr" or "hbfs" to bring bodies to the scene's goals; null
+    /// (the default) for "pmbs". The options on pushes, grasps and engines are for retrieval only.
     pub planner: *const c_char,
-    /// Engine that predicts what a push does; null (the default) for "rapier".
+    /// Engine that predicts what a push does: "rapier", "planar", "prism" or "bullet"; null (the default) for the
+    /// planner's own.
     pub engine: *const c_char,
-    /// The engine's preset: "fast", "balanced" or "fine"; null (the default) for "fast".
+    /// The engine's preset, "fast" or "fine" among others; null (the default) for the one that suits planning.
     pub preset: *const c_char,
     /// Push sampler: "vft", "more", "pmbs" or "dense"; null (the default) for the planner's own.
     pub sampler: *const c_char,
@@ -80,6 +82,10 @@ pub struct jostle_planner_options {
     pub variant: jostle_variant,
     /// 0.
     pub reserved: u32,
+    /// Engine in which the plan found and its best rivals are tried before the decision, a more faithful one than the
+    /// search can afford: "ENGINE" or "ENGINE:PRESET", such as "prism:fine"; "none" for no trying; null (the default)
+    /// for the planner's own choice.
+    pub confirm: *const c_char,
 }
 
 // SAFETY: repr(C), struct_size first, numbers and pointers without padding.
@@ -106,6 +112,7 @@ unsafe impl Sized32 for jostle_planner_options {
             max_depth: 0,
             variant: JOSTLE_VARIANT_TUNED,
             reserved: 0,
+            confirm: std::ptr::null(),
         }
     }
 }
@@ -154,10 +161,12 @@ pub(super) struct Planner {
 pub(super) struct Shared {
     pub deciding: Mutex<Deciding>,
     pub publisher: Publisher,
+    /// It takes scenes with goals, and no target.
+    rearranges: bool,
 }
 
 pub(super) struct Deciding {
-    engine: Engine,
+    engine: Decider,
     /// Of the last problem, to understand actions by.
     bodies: Bodies,
     /// A worker panicked: the tree may be half made.
@@ -166,7 +175,7 @@ pub(super) struct Deciding {
 
 /// One decision, made ready: nothing in it belongs to the caller but the callback.
 pub(super) struct Request {
-    pub problem: Problem,
+    pub problem: AnyProblem,
     pub bodies: Bodies,
     pub control: Control,
     pub listener: Option<Listener>,
@@ -208,7 +217,19 @@ impl Request {
             control.cancel.push(call.open::<Cancel>(options.cancel, "options.cancel")?.token.clone());
         }
         let scene = call.open::<Scene>(scene, "scene")?;
-        let (problem, bodies) = guard::read(&scene.content, "scene")?.problem(target)?;
+        let content = guard::read(&scene.content, "scene")?;
+        let (problem, bodies) = if shared.rearranges {
+            if target.id != 0 {
+                let reason = "is a body; a planner of rearrangements takes a zero target and the scene's goals";
+                return Err(Failure::argument("target", reason));
+            }
+            let (problem, bodies) = content.rearrangement()?;
+            (AnyProblem::Rearrangement(problem), bodies)
+        } else {
+            let (problem, bodies) = content.problem(target)?;
+            (AnyProblem::Retrieval(problem), bodies)
+        };
+        drop(content);
         let listener = options.progress.map(|callback| Listener {
             callback: Some(callback),
             user: options.user,
@@ -233,28 +254,12 @@ impl Deciding {
     pub fn decide(&mut self, shared: &Shared, request: &Request, log: &Arc<Log>) -> Outcome<Plan> {
         self.whole()?;
         shared.publisher.listen(request.listener);
-        let result = match request.iterations {
-            Some(iterations) => self.engine.step(&request.problem, iterations, &request.control),
-            None => self.engine.solve(&request.problem, &request.control),
-        };
+        let result = self.engine.decide(request, log);
         shared.publisher.listen(None);
         self.broken = matches!(result, Err(Error::Internal(_)));
         let plan = result?;
         self.bodies = request.bodies.clone();
-        let s = &plan.statistics;
-        log.emit(
-            JOSTLE_LOG_INFO,
-            "jostle_planner_solve",
-            &format!(
-                "{:?} with {} actions after {} iterations, {} simulations, {:.3} s",
-                plan.outcome,
-                plan.actions.len(),
-                s.iterations,
-                s.simulations,
-                s.seconds
-            ),
-        );
-        Ok(Plan::new(log, plan, request.bodies.clone()))
+        Ok(plan)
     }
 }
 
@@ -291,7 +296,7 @@ pub unsafe extern "C" fn jostle_solve_options_init(options: *mut jostle_solve_op
 
 unsafe fn engine_options(options: *const jostle_planner_options, context: &Context) -> Outcome<PlannerOptions> {
     // SAFETY: the caller promises an initialised struct and texts.
-    let (o, planner, engine, preset, sampler) = unsafe {
+    let (o, planner, engine, preset, sampler, confirm) = unsafe {
         let o = read_sized_or_default(options, "options")?;
         (
             o,
@@ -299,6 +304,7 @@ unsafe fn engine_options(options: *const jostle_planner_options, context: &Conte
             optional_text(o.engine, "options.engine")?,
             optional_text(o.preset, "options.preset")?,
             optional_text(o.sampler, "options.sampler")?,
+            optional_text(o.confirm, "options.confirm")?,
         )
     };
     let threads = if o.threads == JOSTLE_THREADS_OF_CONTEXT { context.threads } else { o.threads };
@@ -313,14 +319,8 @@ unsafe fn engine_options(options: *const jostle_planner_options, context: &Conte
     };
     let limit = |value: u64| (value != JOSTLE_NO_LIMIT).then_some(value);
     let usual = PlannerOptions::default();
-    let physics = PhysicsOptions {
-        engine: engine.map_or(usual.physics.engine, String::from),
-        preset: preset.map_or(usual.physics.preset, String::from),
-        ..PhysicsOptions::default()
-    };
-    let options = PlannerOptions {
+    let mut options = PlannerOptions {
         planner: planner.map_or(usual.planner, String::from),
-        physics,
         sampler: sampler.map(String::from),
         push_length: (o.push_length != 0.0).then_some(o.push_length),
         grasp: GraspDecision { execute_score: o.execute_score, solved_score: o.solved_score },
@@ -336,7 +336,12 @@ unsafe fn engine_options(options: *const jostle_planner_options, context: &Conte
         variant,
         ..usual
     };
-    options.validate().map_err(c_field)?;
+    options.set_physics(engine, preset).map_err(c_field)?;
+    options.set_confirm(confirm).map_err(c_field)?;
+    // Those of rearrangements are checked when the planner is made.
+    if !is_rearranger(&options.planner) {
+        options.validate().map_err(c_field)?;
+    }
     Ok(options)
 }
 
@@ -347,6 +352,7 @@ fn c_field(error: Error) -> Failure {
             "iterations" | "budget.iterations" => "max_iterations",
             "seconds" | "budget.seconds" => "max_seconds",
             "bytes" | "budget.bytes" => "max_bytes",
+            confirm if confirm.starts_with("confirm.") => "confirm",
             other => other.trim_start_matches("physics.").trim_start_matches("grasp."),
         };
         format!("options.{field}")
@@ -378,9 +384,10 @@ pub unsafe extern "C" fn jostle_planner_new(
         let context = call.open::<Context>(context, "context")?;
         // SAFETY: the caller promises an initialised struct and texts.
         let options = unsafe { engine_options(options, &context) }?;
-        let engine = Engine::new(options).map_err(c_field)?;
+        let engine = Decider::new(options).map_err(c_field)?;
+        let rearranges = matches!(engine, Decider::Rearrange { .. });
         let deciding = Deciding { engine, bodies: Bodies::default(), broken: false };
-        let shared = Shared { deciding: Mutex::new(deciding), publisher: Publisher::new() };
+        let shared = Shared { deciding: Mutex::new(deciding), publisher: Publisher::new(), rearranges };
         out.give(Planner { log: Arc::clone(&context.log), shared: Arc::new(shared) })
     })
 }
@@ -422,7 +429,8 @@ unsafe fn decide(
     })
 }
 
-/// Decides what to do to retrieve `target`, within the planner's limits, and waits for it. The search tree that
+/// Decides what to do to retrieve `target`, within the planner's limits, and waits for it. A planner of rearrangements
+/// is given a zero target, and brings the scene's bodies to their goals. The search tree that
 /// jostle_planner_advance kept is used if the scene is the one that was expected. The scene may be changed by other
 /// threads meanwhile: the planner has its own copy.
 ///
@@ -485,11 +493,10 @@ pub unsafe extern "C" fn jostle_planner_advance(
         let mut deciding = guard::lock(&planner.shared.deciding, "planner")?;
         let deciding = deciding.whole()?;
         // SAFETY: the caller promises a readable action, and a writable place if it is not null.
-        let (action, kept) = unsafe {
+        let (was_kept, kept) = unsafe {
             let kept = if kept.is_null() { None } else { Some(out(kept, "kept")?) };
-            (read_action(action, &deciding.bodies)?, kept)
+            (deciding.engine.advance(action, &deciding.bodies)?, kept)
         };
-        let was_kept = deciding.engine.advance(&action)?;
         if let Some(kept) = kept {
             kept.set(u32::from(was_kept));
         }

@@ -17,8 +17,8 @@ use crate::error::Error;
 use crate::geom::Pose2;
 use crate::grasp::{GraspParams, GraspScratch, GraspTest};
 use crate::scene::{
-    BodyDef, DEFAULT_OVERLAP_TOLERANCE, Friction, Gripper, MAX_BODIES, Problem, Scene as Model, SceneBuilder, State,
-    Workspace,
+    BodyDef, DEFAULT_OVERLAP_TOLERANCE, Friction, Goal, Gripper, MAX_BODIES, Problem, Rearrangement, Scene as Model,
+    SceneBuilder, State, Workspace,
 };
 
 /// What a robot knows of its table: bodies and where they are, gripper, workspace, friction. Opaque.
@@ -69,6 +69,8 @@ pub(super) struct Content {
     defs: Vec<BodyDef>,
     poses: Vec<Pose2>,
     present: Vec<bool>,
+    /// One for each body.
+    pub goals: Vec<Option<Goal>>,
     pub gripper: Gripper,
     pub workspace: Workspace,
     pub friction: Friction,
@@ -100,6 +102,7 @@ impl Content {
             defs: Vec::new(),
             poses: Vec::new(),
             present: Vec::new(),
+            goals: Vec::new(),
             gripper: Gripper::default(),
             workspace: Workspace::default(),
             friction: Friction::default(),
@@ -113,17 +116,22 @@ impl Content {
     }
 
     /// What a problem holds.
-    pub fn of(problem: &Problem) -> Content {
+    pub fn of(name: &str, scene: &Model, state: &State, goals: &[Option<Goal>]) -> Content {
         let mut content = Content::new();
-        for (i, body) in problem.scene.bodies().iter().enumerate() {
-            content.push(body.def(), problem.state.pose(i), problem.state.is_present(i));
+        for (i, body) in scene.bodies().iter().enumerate() {
+            content.push(body.def(), state.pose(i), state.is_present(i));
+            content.goals[i] = goals.get(i).copied().flatten();
         }
-        content.gripper = problem.scene.gripper().clone();
-        content.workspace = *problem.scene.workspace();
-        content.friction = *problem.scene.friction();
-        content.overlap_tolerance = problem.scene.overlap_tolerance();
-        content.name.clone_from(&problem.name);
+        content.gripper = scene.gripper().clone();
+        content.workspace = *scene.workspace();
+        content.friction = *scene.friction();
+        content.overlap_tolerance = scene.overlap_tolerance();
+        content.name = name.to_owned();
         content
+    }
+
+    pub fn index(&self, body: jostle_body, field: &str) -> Outcome<usize> {
+        self.bodies.index(body, field)
     }
 
     pub fn id(&self, index: usize) -> jostle_body {
@@ -138,6 +146,7 @@ impl Content {
         self.defs.push(def);
         self.poses.push(pose);
         self.present.push(present);
+        self.goals.push(None);
         self.changed();
         id
     }
@@ -195,6 +204,15 @@ impl Content {
         Ok((Problem::new(self.name.clone(), model, state, target)?, bodies))
     }
 
+    /// The problem of bringing every body to its goal, checked.
+    pub fn rearrangement(&self) -> Outcome<(Rearrangement, Bodies)> {
+        if self.goals.iter().all(Option::is_none) {
+            return Err(Failure::argument("scene", "no body has a goal; set one with jostle_scene_set_goal"));
+        }
+        let Observed { model, state, bodies } = self.observed()?;
+        Ok((Rearrangement::new(self.name.clone(), model, state, self.goals.clone())?, bodies))
+    }
+
     fn hash(&self) -> Outcome<u64> {
         let settings =
             (&self.defs, &self.gripper, &self.workspace, &self.friction, self.overlap_tolerance, &self.present);
@@ -203,6 +221,12 @@ impl Content {
         let mut h = 0xcbf2_9ce4_8422_2325u64;
         let mut mix = |byte: u8| h = (h ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
         text.iter().for_each(|&byte| mix(byte));
+        // Scenes without goals have the hashes they had before there were goals.
+        if self.goals.iter().any(Option::is_some) {
+            let goals = serde_json::to_vec(&self.goals)
+                .map_err(|e| Failure::from(Error::Internal(format!("goals cannot be written: {e}"))))?;
+            goals.iter().for_each(|&byte| mix(byte));
+        }
         for pose in &self.poses {
             for value in [pose.x, pose.y, pose.theta] {
                 // Adding zero makes one of the two zeros.
@@ -356,6 +380,7 @@ pub unsafe extern "C" fn jostle_scene_remove_body(scene: *mut jostle_scene, body
         content.defs.remove(index);
         content.poses.remove(index);
         content.present.remove(index);
+        content.goals.remove(index);
         content.changed();
         Ok(())
     })

@@ -11,7 +11,7 @@ use super::scene::{Content, Scene, jostle_scene, with};
 use super::status::{Failure, Outcome, jostle_status};
 use crate::error::Error;
 use crate::scene::generate::{Generator, GeneratorParams};
-use crate::scene::{MAX_BODIES, Problem};
+use crate::scene::{AnyProblem, MAX_BODIES};
 
 /// Hands a problem to the caller as a scene and its target.
 ///
@@ -22,20 +22,28 @@ unsafe fn give(
     context: *const jostle_context,
     scene: *mut *mut jostle_scene,
     target: *mut jostle_body,
-    make: impl FnOnce() -> Outcome<Problem>,
+    make: impl FnOnce() -> Outcome<AnyProblem>,
 ) -> Outcome {
     // SAFETY: as promised by the caller.
     let (handle, target) = unsafe { (out_handle(scene, "scene")?, out(target, "target")?) };
     let log: Arc<Log> = Arc::clone(&call.open::<Context>(context, "context")?.log);
-    let problem = make()?;
-    let content = Content::of(&problem);
-    let id = content.id(problem.target);
+    let (content, id) = match make()? {
+        AnyProblem::Retrieval(problem) => {
+            let content = Content::of(&problem.name, &problem.scene, &problem.state, &[]);
+            let id = content.id(problem.target);
+            (content, id)
+        }
+        AnyProblem::Rearrangement(problem) => {
+            (Content::of(&problem.name, &problem.scene, &problem.start, &problem.goals), jostle_body::default())
+        }
+    };
     handle.give(Scene::new(&log, content))?;
     target.set(id);
     Ok(())
 }
 
-/// Reads a problem's file (JSON, see docs/scene-format.md): the scene, and the body to retrieve.
+/// Reads a problem's file (JSON, see docs/scene-format.md): the scene, and the body to retrieve. Of a rearrangement, the
+/// scene with its goals, and zero.
 ///
 /// Thread: any.
 /// RT: no.
@@ -51,18 +59,19 @@ pub unsafe extern "C" fn jostle_scene_read(
 ) -> jostle_status {
     // SAFETY: the caller promises text and writable places.
     guard("jostle_scene_read", |call| unsafe {
-        give(call, context, scene, target, || Ok(Problem::read(text(path, "path")?)?))
+        give(call, context, scene, target, || Ok(AnyProblem::read(text(path, "path")?)?))
     })
 }
 
-/// Writes the problem of retrieving `target` as a file (JSON) that jostle_scene_read and the command-line tool read.
+/// Writes the problem of retrieving `target`, or with a zero target that of bringing the bodies to their goals, as a
+/// file (JSON) that jostle_scene_read and the command-line tool read.
 ///
 /// Thread: shared use of scene.
 /// RT: no.
 /// Nullable: none.
 /// Owns: nothing.
-/// Errors: ARGUMENT (null, not UTF-8, zero target, absent target, bodies that overlap), HANDLE, BUSY, NOT_FOUND (target),
-/// IO, POISONED.
+/// Errors: ARGUMENT (null, not UTF-8, zero target of a scene without goals, absent target, bodies that overlap, goals
+/// that do not fit), HANDLE, BUSY, NOT_FOUND (target), IO, POISONED.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn jostle_scene_write(
     scene: *const jostle_scene,
@@ -72,8 +81,10 @@ pub unsafe extern "C" fn jostle_scene_write(
     with("jostle_scene_write", scene, |content| {
         // SAFETY: the caller promises text.
         let path = unsafe { text(path, "path") }?;
-        let (problem, _) = content.problem(target)?;
-        Ok(problem.write(path)?)
+        if target.id == 0 && content.goals.iter().any(Option::is_some) {
+            return Ok(content.rearrangement()?.0.write(path)?);
+        }
+        Ok(content.problem(target)?.0.write(path)?)
     })
 }
 
@@ -102,7 +113,7 @@ pub unsafe extern "C" fn jostle_scene_generate(
             }
             let params = GeneratorParams { bodies: bodies..=bodies, ..GeneratorParams::default() };
             let made = Generator::new(params, seed).and_then(|generator| generator.problem(index));
-            made.map_err(|error| match error {
+            made.map(AnyProblem::Retrieval).map_err(|error| match error {
                 Error::Argument { reason, .. } => Failure::argument("bodies", reason),
                 other => other.into(),
             })

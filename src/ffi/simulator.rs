@@ -15,7 +15,7 @@ use super::scene::{Bodies, Scene, jostle_scene};
 use super::status::{Failure, Outcome, jostle_status};
 use crate::error::Error;
 use crate::eval::{Effect, Judge, JudgeOptions};
-use crate::physics::PhysicsOptions;
+use crate::physics::{PhysicsOptions, Purpose};
 
 /// A world to try plans in. It may differ from the planner's model as a real table does. Opaque.
 pub struct jostle_simulator(());
@@ -39,9 +39,9 @@ pub struct jostle_simulator_options {
     pub struct_size: u32,
     /// 0.
     pub reserved: u32,
-    /// Engine; null (the default) for "rapier".
+    /// Engine: "rapier", "planar", "prism" or "bullet"; null (the default) for "rapier".
     pub engine: *const c_char,
-    /// The engine's preset: "fast", "balanced" or "fine"; null (the default) for "fine".
+    /// The engine's preset, "fine" among others; null (the default) for the one that suits judging.
     pub preset: *const c_char,
     /// Of friction and noise: the same seed is the same world. 0 by default.
     pub seed: u64,
@@ -150,11 +150,7 @@ pub unsafe extern "C" fn jostle_simulator_new(
                 return Err(Failure::argument(field, format!("is {value}; it must lie in 0..={most}")));
             }
         }
-        let mut physics = PhysicsOptions::preset(preset.unwrap_or("fine"));
-        if let Some(engine) = engine {
-            physics.engine = engine.to_string();
-        }
-        physics.validate().map_err(c_field)?;
+        let physics = PhysicsOptions::named(engine.unwrap_or("rapier"), preset, Purpose::Judging).map_err(c_field)?;
         let scene = call.open::<Scene>(scene, "scene")?;
         let (problem, bodies) = guard::read(&scene.content, "scene")?.problem(target)?;
         let options = JudgeOptions {

@@ -5,6 +5,7 @@ use std::ffi::{CStr, c_char};
 use super::guard::guard;
 use super::handle;
 use super::status::{Failure, JOSTLE_ERROR_ABI, jostle_status};
+use crate::physics::EngineInfo;
 
 /// Version of the binary interface: the number at the end of the shared library's name (soname). It rises only when
 /// programs have to be compiled again.
@@ -16,6 +17,10 @@ pub const JOSTLE_FEATURE_RAPIER: i32 = 1;
 pub const JOSTLE_FEATURE_BULLET: i32 = 2;
 /// Trained networks.
 pub const JOSTLE_FEATURE_NETWORKS: i32 = 3;
+/// The engine `planar`.
+pub const JOSTLE_FEATURE_PLANAR: i32 = 4;
+/// The engine `prism`.
+pub const JOSTLE_FEATURE_PRISM: i32 = 5;
 
 const VERSION: &CStr = match CStr::from_bytes_with_nul(concat!(env!("CARGO_PKG_VERSION"), "\0").as_bytes()) {
     Ok(text) => text,
@@ -119,7 +124,14 @@ pub extern "C" fn jostle_build_info() -> *const c_char {
 /// Errors: none.
 #[unsafe(no_mangle)]
 pub extern "C" fn jostle_feature(feature: i32) -> u32 {
-    u32::from(feature == JOSTLE_FEATURE_RAPIER)
+    let engine = match feature {
+        JOSTLE_FEATURE_RAPIER => "rapier",
+        JOSTLE_FEATURE_BULLET => "bullet",
+        JOSTLE_FEATURE_PLANAR => "planar",
+        JOSTLE_FEATURE_PRISM => "prism",
+        _ => return 0,
+    };
+    u32::from(EngineInfo::available().any(|info| info.id == engine))
 }
 
 /// How many handles of all types are alive in the process: 0 once everything was freed.

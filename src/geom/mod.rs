@@ -3,14 +3,17 @@
 //! Metres and radians, right-handed, angles counter-clockwise from +x. Double precision throughout;
 //! only a `State` stores single precision.
 
+mod apart;
 mod clearance;
 mod decompose;
 mod footprint;
 mod polygon;
 mod pose;
 
+pub use apart::footprints_apart;
 pub use clearance::{Obb, piece_gap, pieces_gap, pieces_gap_below};
 pub use decompose::convex_pieces;
+pub(crate) use footprint::corners;
 pub use footprint::{CompoundPart, Footprint, Piece, Shape};
 pub use polygon::{
     area, area_moments, clip_convex, contains_point, convex_hull, intersection_area, is_convex, is_simple,

@@ -1,13 +1,19 @@
 //! What a push does: the [`Transition`] interface and the engines behind it.
 
 pub mod bullet;
+pub mod lanes;
+pub mod narrow;
 mod options;
+pub mod planar;
+pub mod prism;
 pub mod rapier;
 mod transition;
 
 #[cfg(feature = "bullet")]
 pub use bullet::Bullet;
 pub use bullet::BulletSettings;
-pub use options::{ENGINES, EngineInfo, PhysicsOptions, Purpose, engine};
+pub use options::{ENGINES, EngineInfo, EngineSettings, PhysicsOptions, Purpose, engine};
+pub use planar::{Planar, PlanarSettings};
+pub use prism::{Prism, PrismSettings};
 pub use rapier::{Rapier, RapierSettings};
-pub use transition::{PushJob, PushResult, PushStatus, Scratch, Stance, Transition};
+pub use transition::{GraspResult, GraspStatus, PushJob, PushResult, PushStatus, Scratch, Stance, Transition};

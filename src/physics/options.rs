@@ -5,6 +5,8 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::bullet::{self, BulletSettings};
+use super::planar::{Planar, PlanarSettings};
+use super::prism::{Prism, PrismSettings};
 use super::rapier::{Rapier, RapierSettings};
 use super::transition::Transition;
 use crate::error::{Error, Result};
@@ -25,7 +27,7 @@ pub struct EngineInfo {
 }
 
 /// The engines, present in this build or not.
-pub const ENGINES: [EngineInfo; 2] = [
+pub const ENGINES: [EngineInfo; 4] = [
     EngineInfo {
         id: "rapier",
         presets: &RapierSettings::PRESETS,
@@ -34,6 +36,14 @@ pub const ENGINES: [EngineInfo; 2] = [
         available: Ok(()),
     },
     EngineInfo {
+        id: "planar",
+        presets: &PlanarSettings::PRESETS,
+        planning: "fast",
+        judging: "fine",
+        available: Ok(()),
+    },
+    EngineInfo { id: "prism", presets: &PrismSettings::PRESETS, planning: "fast", judging: "fine", available: Ok(()) },
+    EngineInfo {
         id: "bullet",
         presets: &BulletSettings::PRESETS,
         planning: "fast",
@@ -41,6 +51,50 @@ pub const ENGINES: [EngineInfo; 2] = [
         available: bullet::AVAILABLE,
     },
 ];
+
+/// Every constant of an engine, for settings that no preset has.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum EngineSettings {
+    Rapier(RapierSettings),
+    Planar(PlanarSettings),
+    Prism(PrismSettings),
+    Bullet(BulletSettings),
+}
+
+impl EngineSettings {
+    /// The id of the engine whose settings they are.
+    pub fn engine(&self) -> &'static str {
+        match self {
+            Self::Rapier(_) => "rapier",
+            Self::Planar(_) => "planar",
+            Self::Prism(_) => "prism",
+            Self::Bullet(_) => "bullet",
+        }
+    }
+
+    /// A preset of an engine. Errors name `physics.engine` or `physics.preset`.
+    pub fn by_name(engine: &str, preset: &str) -> Result<Self> {
+        let info = EngineInfo::find(engine)?;
+        match info.id {
+            "rapier" => RapierSettings::by_name(preset).map(Self::Rapier),
+            "planar" => PlanarSettings::by_name(preset).map(Self::Planar),
+            "prism" => PrismSettings::by_name(preset).map(Self::Prism),
+            "bullet" => BulletSettings::by_name(preset).map(Self::Bullet),
+            other => Err(Error::Internal(format!("engine `{other}` is listed but has no settings"))),
+        }
+    }
+
+    /// Checks every constant; errors name the field.
+    pub fn validate(&self) -> Result<()> {
+        match self {
+            Self::Rapier(settings) => settings.validate(),
+            Self::Planar(settings) => settings.validate(),
+            Self::Prism(settings) => settings.validate(),
+            Self::Bullet(settings) => settings.validate(),
+        }
+    }
+}
 
 /// What an engine is wanted for: decides its preset where none is named.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -57,12 +111,9 @@ pub struct PhysicsOptions {
     pub engine: String,
     /// One of the engine's presets.
     pub preset: String,
-    /// Every constant of rapier; takes the place of the preset.
+    /// Every constant of the engine; takes the place of the preset.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub rapier: Option<RapierSettings>,
-    /// Every constant of Bullet; takes the place of the preset.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub bullet: Option<BulletSettings>,
+    pub settings: Option<EngineSettings>,
 }
 
 impl Default for PhysicsOptions {
@@ -103,7 +154,7 @@ impl EngineInfo {
 impl PhysicsOptions {
     /// rapier with a preset.
     pub fn preset(preset: &str) -> Self {
-        Self { engine: "rapier".into(), preset: preset.into(), rapier: None, bullet: None }
+        Self { engine: "rapier".into(), preset: preset.into(), settings: None }
     }
 
     /// An engine by its id, with a preset or (`None`) the one that suits the purpose.
@@ -113,24 +164,35 @@ impl PhysicsOptions {
             Purpose::Planning => info.planning,
             Purpose::Judging => info.judging,
         };
-        let options =
-            Self { engine: engine.into(), preset: preset.unwrap_or(usual).into(), rapier: None, bullet: None };
+        let options = Self { engine: engine.into(), preset: preset.unwrap_or(usual).into(), settings: None };
         options.validate()?;
         Ok(options)
+    }
+
+    /// Reads `ENGINE:PRESET`, `ENGINE` (with the preset that suits the purpose), or a preset of rapier.
+    pub fn parse(text: &str, purpose: Purpose) -> Result<Self> {
+        match text.split_once(':') {
+            Some((engine, preset)) => Self::named(engine, Some(preset), purpose),
+            None if RapierSettings::PRESETS.contains(&text) => Self::named("rapier", Some(text), purpose),
+            None => Self::named(text, None, purpose),
+        }
+    }
+
+    /// An engine with constants of your own.
+    pub fn custom(settings: EngineSettings) -> Self {
+        Self { engine: settings.engine().into(), preset: "custom".into(), settings: Some(settings) }
     }
 
     /// Checks the names and constants, and that this build has the engine.
     pub fn validate(&self) -> Result<()> {
         let info = EngineInfo::find(&self.engine)?;
-        let given = [("rapier", self.rapier.is_some()), ("bullet", self.bullet.is_some())];
-        if let Some((of, _)) = given.into_iter().find(|(of, given)| *given && *of != self.engine) {
-            let reason = format!("are constants of {of}, but the engine is `{}`", self.engine);
-            return Err(Error::argument(format!("physics.{of}"), reason));
-        }
-        match (&self.rapier, &self.bullet) {
-            (Some(settings), _) => settings.validate()?,
-            (_, Some(settings)) => settings.validate()?,
-            (None, None) => info.check_preset(&self.preset)?,
+        match &self.settings {
+            None => info.check_preset(&self.preset)?,
+            Some(settings) if settings.engine() == info.id => settings.validate()?,
+            Some(settings) => {
+                let reason = format!("are constants of {}, but the engine is `{}`", settings.engine(), self.engine);
+                return Err(Error::argument("physics.settings", reason));
+            }
         }
         info.check_available()
     }
@@ -139,25 +201,19 @@ impl PhysicsOptions {
 /// Prepares an engine for a scene.
 pub fn engine(options: &PhysicsOptions, scene: Arc<Scene>) -> Result<Arc<dyn Transition>> {
     options.validate()?;
-    let name = |custom: bool| {
-        if custom { format!("{} custom", options.engine) } else { format!("{} {}", options.engine, options.preset) }
+    let preset = if options.settings.is_some() { "custom" } else { &options.preset };
+    let name = format!("{} {preset}", options.engine);
+    let settings = match options.settings {
+        Some(settings) => settings,
+        None => EngineSettings::by_name(&options.engine, &options.preset)?,
     };
-    Ok(match options.engine.as_str() {
-        "rapier" => {
-            let settings = match options.rapier {
-                Some(settings) => settings,
-                None => RapierSettings::by_name(&options.preset)?,
-            };
-            Arc::new(Rapier::with_name(name(options.rapier.is_some()), scene, settings)?)
-        }
+    Ok(match settings {
+        EngineSettings::Rapier(settings) => Arc::new(Rapier::with_name(name, scene, settings)?),
+        EngineSettings::Planar(settings) => Arc::new(Planar::with_name(name, scene, settings)?),
+        EngineSettings::Prism(settings) => Arc::new(Prism::with_name(name, scene, settings)?),
         #[cfg(feature = "bullet")]
-        "bullet" => {
-            let settings = match options.bullet {
-                Some(settings) => settings,
-                None => BulletSettings::by_name(&options.preset)?,
-            };
-            Arc::new(bullet::Bullet::with_name(name(options.bullet.is_some()), scene, settings)?)
-        }
-        other => return Err(Error::Internal(format!("engine `{other}` is listed but cannot be made"))),
+        EngineSettings::Bullet(settings) => Arc::new(bullet::Bullet::with_name(name, scene, settings)?),
+        #[cfg(not(feature = "bullet"))]
+        EngineSettings::Bullet(_) => return Err(Error::Internal("bullet is not built but was not refused".into())),
     })
 }

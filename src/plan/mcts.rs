@@ -9,6 +9,7 @@
 use super::options::{PlannerOptions, Variant};
 use super::recipe::Recipe;
 use super::retrieval::Reward;
+use crate::physics::PhysicsOptions;
 use crate::run::Budget;
 use crate::search::{EarlyStop, Params};
 
@@ -26,6 +27,8 @@ pub fn recipe(options: &PlannerOptions) -> Recipe {
     };
     Recipe {
         search,
+        physics: PhysicsOptions::default(),
+        confirm: None,
         sampler: "more",
         reward: Reward { shaping: 0.2, solved_score: options.grasp.solved_score },
         budget: Budget::iterations(ITERATIONS),

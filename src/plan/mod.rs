@@ -1,14 +1,17 @@
 //! Planners: what they are asked, what they answer, and one file for each system's composition.
 
+mod confirm;
+mod decision;
 mod mcts;
 mod options;
 mod outcome;
 mod planner;
 mod pmbs;
+pub mod rearrange;
 mod recipe;
 mod retrieval;
 
-pub use options::{GraspDecision, PlannerOptions, Variant};
+pub use options::{Confirm, GraspDecision, PlannerOptions, Variant};
 pub use outcome::{Outcome, Plan, PlanStatistics, PlannedAction, RankedAction};
 pub use planner::{Control, Planner};
 pub use recipe::PLANNERS;

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::recipe::recipe;
 use crate::action::SamplerParams;
 use crate::error::{Result, check_range};
-use crate::physics::PhysicsOptions;
+use crate::physics::{PhysicsOptions, Purpose};
 use crate::run::Budget;
 use crate::search::Params;
 
@@ -31,7 +31,10 @@ impl Default for GraspDecision {
 pub struct PlannerOptions {
     /// One of [`super::PLANNERS`].
     pub planner: String,
-    pub physics: PhysicsOptions,
+    /// Engine that predicts pushes; the planner's own if absent.
+    pub physics: Option<PhysicsOptions>,
+    /// Engine in which the plan found and its best rivals are tried before the decision.
+    pub confirm: Confirm,
     /// Name of a push sampler; the planner's own if absent.
     pub sampler: Option<String>,
     /// Every parameter of the push sampler; takes the place of the named one.
@@ -55,6 +58,19 @@ pub struct PlannerOptions {
     pub search: Option<Params>,
 }
 
+/// Whether plans are tried in a second engine, a more faithful one than the search can afford.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Confirm {
+    /// As the planner does by itself. The default.
+    #[default]
+    Own,
+    /// They are not.
+    Off,
+    /// They are, in this engine.
+    With(PhysicsOptions),
+}
+
 /// Which form of a planner: text and published code of the dissertation disagree, and both can be bettered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -72,7 +88,8 @@ impl Default for PlannerOptions {
     fn default() -> Self {
         Self {
             planner: "pmbs".into(),
-            physics: PhysicsOptions::default(),
+            physics: None,
+            confirm: Confirm::Own,
             sampler: None,
             sampler_params: None,
             push_length: None,
@@ -94,9 +111,50 @@ impl PlannerOptions {
         Ok(recipe(self)?.search)
     }
 
+    /// Sets the engine by name. An engine without a preset gets the one that suits planning; a preset without an engine is
+    /// one of the planner's own engine; with neither the planner's own engine and preset are used.
+    pub fn set_physics(&mut self, engine: Option<&str>, preset: Option<&str>) -> Result<()> {
+        self.physics = None;
+        let own = || Ok(self.model()?.engine);
+        self.physics = match (engine, preset) {
+            (None, None) => None,
+            (Some(engine), preset) => Some(PhysicsOptions::named(engine, preset, Purpose::Planning)?),
+            (None, preset) => Some(PhysicsOptions::named(&own()?, preset, Purpose::Planning)?),
+        };
+        Ok(())
+    }
+
+    /// Sets the confirming engine by name: `none`, an engine, or `ENGINE:PRESET`; the planner's own choice if absent.
+    pub fn set_confirm(&mut self, engine: Option<&str>) -> Result<()> {
+        self.confirm = match engine {
+            None => Confirm::Own,
+            Some("none") => Confirm::Off,
+            Some(engine) => {
+                let physics = PhysicsOptions::parse(engine, Purpose::Judging).map_err(|e| e.within("confirm"))?;
+                Confirm::With(physics)
+            }
+        };
+        Ok(())
+    }
+
+    /// The engine of the planner's model: the one asked for, or the planner's own.
+    pub fn model(&self) -> Result<PhysicsOptions> {
+        Ok(recipe(self)?.physics)
+    }
+
+    /// The engine that plans are confirmed in, if they are.
+    pub fn confirmed_in(&self) -> Result<Option<PhysicsOptions>> {
+        Ok(recipe(self)?.confirm)
+    }
+
     /// Checks what can be checked without a scene.
     pub fn validate(&self) -> Result<()> {
-        self.physics.validate()?;
+        if let Some(physics) = &self.physics {
+            physics.validate()?;
+        }
+        if let Confirm::With(physics) = &self.confirm {
+            physics.validate().map_err(|e| e.within("confirm"))?;
+        }
         self.budget.validate()?;
         check_range("grasp.execute_score", self.grasp.execute_score, 0.0..=1.0)?;
         check_range("grasp.solved_score", self.grasp.solved_score, 0.0..=1.0)?;

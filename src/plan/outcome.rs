@@ -61,6 +61,14 @@ pub struct PlanStatistics {
     pub search_seconds: f64,
     /// No plan of this many pushes or fewer exists in the planner's action set and model (all were tried), if known.
     pub no_plan_within: Option<u32>,
+    /// Plans tried in the confirming engine before the decision.
+    pub plans_tried: u64,
+    /// Of these, plans that succeed there too.
+    pub plans_confirmed: u64,
+    /// Pushes simulated in the confirming engine.
+    pub confirm_simulations: u64,
+    /// Wall-clock seconds of it, contained in `seconds`.
+    pub confirm_seconds: f64,
 }
 
 /// The answer of a planner.

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use super::confirm::Confirmed;
+use super::decision::{Decision, Found, From, cancelled};
 use super::options::PlannerOptions;
 use super::outcome::{Outcome, Plan, PlanStatistics, PlannedAction, RankedAction};
 use super::recipe::{Recipe, recipe};
@@ -10,10 +12,10 @@ use crate::action::{Action, ContourSampler, Grasp, Push};
 use crate::error::Result;
 use crate::geom::normalize_angle;
 use crate::grasp::{GeometricScorer, GraspParams};
-use crate::physics;
-use crate::run::{Budget, CancelToken, Pool, Progress, Stop, StopReason};
+use crate::physics::{self, Transition};
+use crate::run::{Budget, CancelToken, Pool, Progress};
 use crate::scene::{Problem, Scene, State};
-use crate::search::{EndReason, Run, SearchReport, Tree};
+use crate::search::{EndReason, Tree};
 
 /// How a running decision is watched and ended from outside. Cheap to clone.
 #[derive(Debug, Clone, Default)]
@@ -31,6 +33,8 @@ pub struct Planner {
     pool: Pool,
     tree: Tree<Retrieval>,
     domain: Option<Retrieval>,
+    /// The engine that plans are confirmed in, prepared for the domain's scene.
+    confirming: Option<Arc<dyn Transition>>,
     /// The state that the tree's root stands for: the one observed, until an action is executed.
     expected: Option<State>,
 }
@@ -53,7 +57,7 @@ impl Planner {
         let recipe = recipe(&options)?;
         sampler(&options, &recipe)?;
         let pool = Pool::new(options.threads, "jostle")?;
-        Ok(Planner { options, recipe, pool, tree: Tree::new(), domain: None, expected: None })
+        Ok(Planner { options, recipe, pool, tree: Tree::new(), domain: None, confirming: None, expected: None })
     }
 
     pub fn options(&self) -> &PlannerOptions {
@@ -121,6 +125,9 @@ impl Planner {
         });
         if !fits {
             self.reset();
+            self.domain = None;
+            let engine = |options| physics::engine(options, Arc::clone(&problem.scene));
+            self.confirming = self.recipe.confirm.as_ref().map(engine).transpose()?;
             self.domain = Some(prepare(&self.options, &self.recipe, problem)?);
         }
         let Some(domain) = &self.domain else {
@@ -143,37 +150,63 @@ impl Planner {
             return Ok(plan);
         }
 
-        let run = Run { pool: &self.pool, stop: &stop, budget, progress: control.progress.as_deref() };
-        let searched = if keep && fits && self.tree.root_state().is_some() {
-            self.tree.resume(domain, &self.recipe.search, &run)
-        } else {
-            self.tree.search(domain, &problem.state, &self.recipe.search, self.options.seed, &run)
+        let decision = Decision {
+            domain,
+            confirming: self.confirming.as_ref(),
+            params: &self.recipe.search,
+            budget,
+            pool: &self.pool,
+            stop: &stop,
+            progress: control.progress.as_deref(),
         };
-        let report = searched.inspect_err(|_| self.expected = None)?;
+        let resume = keep && fits && self.tree.root_state().is_some();
+        let from = if resume { From::Tree } else { From::Root(&problem.state, self.options.seed) };
+        let found = decision.make(&mut self.tree, from, &problem.state).inspect_err(|_| self.expected = None)?;
         if self.expected.is_none() || !keep {
             self.expected = Some(problem.state.clone());
         }
-        self.fill(&mut plan, &report, &stop);
+        plan.statistics.seconds = stop.elapsed().as_secs_f64();
+        self.fill(&mut plan, found);
         Ok(plan)
     }
 
-    /// Reads the plan out of the tree.
-    fn fill(&self, plan: &mut Plan, report: &SearchReport, stop: &Stop) {
+    /// Reads the plan out of the tree, or takes the one that was confirmed.
+    fn fill(&self, plan: &mut Plan, found: Found) {
+        let Found { report, verdict, cancelled } = found;
         plan.statistics = PlanStatistics {
             iterations: report.iterations,
             nodes: report.nodes,
             simulations: report.simulations,
-            seconds: stop.elapsed().as_secs_f64(),
             domain_seconds: report.step_time.as_secs_f64(),
             search_seconds: report.time.saturating_sub(report.step_time).as_secs_f64(),
             no_plan_within: report.proved_level.checked_sub(1),
+            plans_tried: verdict.tried,
+            plans_confirmed: verdict.confirmed,
+            confirm_simulations: verdict.simulations,
+            confirm_seconds: verdict.seconds,
+            ..plan.statistics
         };
-        // The request may have come while the search found its end.
-        if matches!(report.reason, EndReason::Cancelled | EndReason::Interrupted) || cancelled(stop) {
+        if cancelled {
             plan.outcome = Outcome::Cancelled;
             return;
         }
         let Some(domain) = &self.domain else { return };
+        match verdict.best {
+            Some(confirmed) => self.take_confirmed(plan, confirmed),
+            None => self.take_chosen(plan, domain),
+        }
+        let solved = plan.actions.last().is_some_and(|a| matches!(a.action, Action::Grasp(_)));
+        plan.outcome = match report.reason {
+            _ if solved => Outcome::Solved,
+            EndReason::Iterations | EndReason::Memory | EndReason::Deadline => Outcome::Budget,
+            _ if plan.actions.is_empty() => Outcome::Infeasible,
+            _ => Outcome::Partial,
+        };
+        plan.considered = self.considered();
+    }
+
+    /// The search's own choice, as the model predicts it.
+    fn take_chosen(&self, plan: &mut Plan, domain: &Retrieval) {
         for node in self.tree.best_path() {
             if let Some((_, push)) = node.action {
                 let action = Action::Push(*push);
@@ -187,14 +220,21 @@ impl Planner {
                 }
             }
         }
-        let solved = plan.actions.last().is_some_and(|a| matches!(a.action, Action::Grasp(_)));
-        plan.outcome = match report.reason {
-            _ if solved => Outcome::Solved,
-            EndReason::Iterations | EndReason::Memory | EndReason::Deadline => Outcome::Budget,
-            _ if plan.actions.is_empty() => Outcome::Infeasible,
-            _ => Outcome::Partial,
-        };
-        plan.considered = self.considered();
+    }
+
+    /// A plan that succeeds in the confirming engine, as that engine predicts it. The first push has the tree's value,
+    /// the others what solving is worth.
+    fn take_confirmed(&self, plan: &mut Plan, confirmed: Confirmed) {
+        let first = confirmed.pushes.first().map(|(push, _)| *push);
+        let node = self.tree.root_children().find(|c| first.is_some_and(|push| same_push(c.action, &push)));
+        let mean = node.and_then(|c| c.node).map_or(0.0, |n| n.mean);
+        plan.grasp_score = confirmed.score;
+        let end = confirmed.pushes.last().map(|(_, state)| grasped(state, confirmed.grasp, confirmed.score));
+        for (index, (push, predicted)) in confirmed.pushes.into_iter().enumerate() {
+            let value = if index == 0 { mean } else { confirmed.score };
+            plan.actions.push(PlannedAction { action: Action::Push(push), predicted, value });
+        }
+        plan.actions.extend(end);
     }
 
     fn considered(&self) -> Vec<RankedAction> {
@@ -220,11 +260,6 @@ impl Planner {
     }
 }
 
-/// The end was asked for from outside. A deadline is no such request.
-fn cancelled(stop: &Stop) -> bool {
-    stop.requested() && stop.reason() != Some(StopReason::Deadline)
-}
-
 fn grasped(state: &State, grasp: Grasp, value: f64) -> PlannedAction {
     let mut predicted = state.clone();
     predicted.set_present(grasp.body, false);
@@ -247,7 +282,7 @@ fn prepare(options: &PlannerOptions, recipe: &Recipe, problem: &Problem) -> Resu
     Ok(Retrieval {
         scene: Arc::clone(scene),
         target: problem.target,
-        engine: physics::engine(&options.physics, Arc::clone(scene))?,
+        engine: physics::engine(&recipe.physics, Arc::clone(scene))?,
         sampler: Box::new(sampler(options, recipe)?.prepared(scene)),
         scorer: Box::new(GeometricScorer::new(scene, GraspParams::default())?),
         reward: recipe.reward,

@@ -15,6 +15,7 @@
 use super::options::{PlannerOptions, Variant};
 use super::recipe::Recipe;
 use super::retrieval::Reward;
+use crate::physics::PhysicsOptions;
 use crate::run::Budget;
 use crate::search::{EarlyStop, Mean, Params, Selection};
 
@@ -41,6 +42,8 @@ pub fn recipe(options: &PlannerOptions) -> Recipe {
     };
     Recipe {
         search,
+        physics: PhysicsOptions::default(),
+        confirm: None,
         sampler,
         reward: Reward { shaping: 0.1, solved_score: options.grasp.solved_score },
         budget: Budget::seconds(seconds),

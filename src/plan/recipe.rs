@@ -1,9 +1,10 @@
 //! A planner is a recipe: a sampler, a reward and the parameters of the one search.
 
-use super::options::PlannerOptions;
+use super::options::{Confirm, PlannerOptions};
 use super::retrieval::Reward;
 use super::{mcts, pmbs};
 use crate::error::{Error, Result};
+use crate::physics::PhysicsOptions;
 use crate::run::Budget;
 use crate::search::Params;
 
@@ -11,6 +12,10 @@ use crate::search::Params;
 #[derive(Debug, Clone)]
 pub struct Recipe {
     pub search: Params,
+    /// Engine of the search.
+    pub physics: PhysicsOptions,
+    /// Engine that plans are tried in before the decision.
+    pub confirm: Option<PhysicsOptions>,
     /// Name of its push sampler.
     pub sampler: &'static str,
     pub reward: Reward,
@@ -31,6 +36,14 @@ pub fn recipe(options: &PlannerOptions) -> Result<Recipe> {
             return Err(Error::not_found("planner", format!("no planner is named `{other}`; known: {known}")));
         }
     };
+    if let Some(physics) = &options.physics {
+        recipe.physics = physics.clone();
+    }
+    match &options.confirm {
+        Confirm::Own => {}
+        Confirm::Off => recipe.confirm = None,
+        Confirm::With(physics) => recipe.confirm = Some(physics.clone()),
+    }
     if let Some(lanes) = options.lanes {
         recipe.search.lanes = lanes as u32;
     }

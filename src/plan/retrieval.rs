@@ -61,10 +61,15 @@ impl Retrieval {
         out[0]
     }
 
+    /// A state with this assessment is a solution.
+    pub fn solves(&self, assessment: &GraspAssessment) -> bool {
+        assessment.grasp.is_some() && assessment.score >= self.reward.solved_score
+    }
+
     /// Value, terminal flag and actions of `out.state`.
     fn judge(&self, scratch: &mut Scratch, key: Key, previous: Option<&Push>, out: &mut Outcome<Self>) {
         let assessment = self.assess(scratch, &out.state);
-        let solved = assessment.grasp.is_some() && assessment.score >= self.reward.solved_score;
+        let solved = self.solves(&assessment);
         let quality = if assessment.grasp.is_some() { assessment.score } else { 0.0 };
         // Without a grasp the nearness ranks states below every graspable one.
         let judged = if assessment.grasp.is_some() { 0.5 + 0.5 * quality } else { 0.5 * assessment.nearness };
@@ -90,7 +95,7 @@ impl Retrieval {
     }
 
     /// No body that counts has left the workspace, none has toppled, and something moved.
-    fn useful(&self, before: &State, result: &PushResult) -> bool {
+    pub(super) fn useful(&self, before: &State, result: &PushResult) -> bool {
         let rule = self.scene.workspace().leave_scope;
         let left = match rule {
             crate::scene::LeaveScope::AllBodies => !result.left.is_empty(),

@@ -123,6 +123,17 @@ impl Stop {
         false
     }
 
+    /// A request of its own for a first part of the work: its deadline comes after this share of the time that there is
+    /// from the start to the deadline. Without a deadline it has none; cancel tokens and requests made so far are shared.
+    pub fn sooner(&self, share: f64) -> Stop {
+        Stop {
+            start: self.start,
+            deadline: self.deadline.map(|deadline| self.start + (deadline - self.start).mul_f64(share.clamp(0.0, 1.0))),
+            tokens: self.tokens.clone(),
+            seen: AtomicU8::new(self.seen.load(Ordering::Acquire)),
+        }
+    }
+
     /// Asks for the end from within: the progress callback said so, or a part of the work failed.
     pub fn interrupt(&self) {
         self.see(INTERRUPTED);
@@ -171,6 +182,21 @@ mod tests {
         assert!(Budget::default().validate().is_ok());
         assert!(Budget::iterations(1).validate_bounded().is_ok());
         assert!(Budget::seconds(1e300).validate_bounded().is_ok());
+    }
+
+    #[test]
+    fn a_share_of_the_time_ends_sooner_and_shares_the_tokens() {
+        let token = CancelToken::new();
+        let whole = Budget::seconds(3600.0).start(std::slice::from_ref(&token));
+        let none = whole.sooner(0.0);
+        assert!(none.requested() && !whole.requested());
+        assert_eq!(none.reason(), Some(StopReason::Deadline));
+        let half = whole.sooner(0.5);
+        assert!(!half.requested());
+        token.trigger();
+        assert!(half.requested() && whole.requested());
+        assert_eq!(half.reason(), Some(StopReason::Cancelled));
+        assert!(!Stop::never().sooner(0.0).requested(), "no deadline, no share of it");
     }
 
     #[test]

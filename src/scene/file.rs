@@ -12,6 +12,7 @@ use super::body::BodyDef;
 use super::gripper::Gripper;
 use super::json::{one_line, path_at, place_of};
 use super::library;
+use super::rearrangement::{Goal, Rearrangement};
 use super::state::{BodyPose, State};
 use super::workspace::Workspace;
 use super::world::{Friction, Problem, Scene, SceneBuilder};
@@ -29,7 +30,7 @@ struct SceneFile {
     #[serde(default)]
     name: String,
     bodies: Vec<BodyEntry>,
-    target: TargetEntry,
+    target: Option<TargetEntry>,
     #[serde(default)]
     gripper: GripperEntry,
     #[serde(default)]
@@ -66,6 +67,9 @@ struct BodyEntry {
     pose: Pose2,
     #[serde(default = "yes", skip_serializing_if = "is_true")]
     present: bool,
+    /// Where the body is wanted: makes the file a rearrangement.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    goal: Option<Goal>,
 }
 
 fn yes() -> bool {
@@ -102,7 +106,7 @@ impl BodyEntry {
     }
 
     /// The shortest entry that gives this body again.
-    fn new(def: BodyDef, pose: Pose2, present: bool) -> BodyEntry {
+    fn new(def: BodyDef, pose: Pose2, present: bool, goal: Option<Goal>) -> BodyEntry {
         let block = library::BLOCKS.into_iter().find_map(|name| {
             let block = library::block(name).ok()?;
             (block.shape == def.shape).then_some((name, block))
@@ -124,6 +128,7 @@ impl BodyEntry {
             inertia: def.inertia,
             pose,
             present,
+            goal,
         }
     }
 }
@@ -192,7 +197,8 @@ impl<'de> Deserialize<'de> for GripperEntry {
 }
 
 impl SceneFile {
-    fn problem(self) -> Result<Problem> {
+    /// The table: bodies, where they are, and what surrounds them.
+    fn table(&mut self) -> Result<(Arc<Scene>, State)> {
         let mut builder = SceneBuilder::new();
         let mut state = State::new(self.bodies.iter().map(|b| b.pose));
         for (i, body) in self.bodies.iter().enumerate() {
@@ -206,22 +212,50 @@ impl SceneFile {
             }
         }
         builder.workspace(self.workspace).friction(self.friction);
-        builder.gripper(match self.gripper {
+        builder.gripper(match std::mem::take(&mut self.gripper) {
             GripperEntry::Name(name) => Gripper::by_name(&name)?,
             GripperEntry::Full(gripper) => gripper,
         });
         if let Some(tolerance) = self.overlap_tolerance {
             builder.overlap_tolerance(tolerance);
         }
-        let scene = builder.build()?;
+        Ok((Arc::new(builder.build()?), state))
+    }
+
+    fn problem(mut self) -> Result<Problem> {
+        if self.target.is_none() {
+            return Err(Error::argument(
+                "scene",
+                "missing field `target`, the body to retrieve, or a `goal` of a body",
+            ));
+        }
+        if let Some(i) = self.bodies.iter().position(|body| body.goal.is_some()) {
+            let reason =
+                "belongs to a rearrangement, not to a retrieval problem; leave out the goals, or plan with rearrange";
+            return Err(Error::argument(format!("bodies[{i}].goal"), reason));
+        }
+        let (scene, state) = self.table()?;
         let target = match self.target {
-            TargetEntry::Index(index) => index,
-            TargetEntry::Name(name) => scene.find(&name).ok_or_else(|| {
+            Some(TargetEntry::Index(index)) => index,
+            Some(TargetEntry::Name(name)) => scene.find(&name).ok_or_else(|| {
                 let known: Vec<_> = scene.bodies().iter().map(|b| b.name.as_str()).collect();
                 Error::not_found("target", format!("no body is named `{name}`; the bodies are {}", known.join(", ")))
             })?,
+            None => usize::MAX,
         };
-        Problem::new(self.name, Arc::new(scene), state, target)
+        Problem::new(self.name, scene, state, target)
+    }
+
+    fn rearrangement(mut self) -> Result<Rearrangement> {
+        if self.target.is_some() {
+            return Err(Error::argument("target", "belongs to a retrieval problem; a rearrangement has goals instead"));
+        }
+        let (scene, state) = self.table()?;
+        let goals: Vec<Option<Goal>> = self.bodies.iter().map(|body| body.goal).collect();
+        if goals.iter().all(Option::is_none) {
+            return Err(Error::argument("bodies", "none has a `goal`; a rearrangement needs at least one"));
+        }
+        Rearrangement::new(self.name, scene, state, goals)
     }
 }
 
@@ -250,10 +284,11 @@ fn parse<'de, T: Deserialize<'de>>(text: &'de str) -> Result<T> {
 fn located(text: &str, error: Error) -> Error {
     let place = |field: String, reason: String| {
         // The state's poses are written with the bodies.
-        let field = match field.strip_prefix("poses[").and_then(|rest| rest.split_once(']')) {
-            Some((index, rest)) => format!("bodies[{index}].pose{rest}"),
-            None => field,
+        let of_body = |list: &str, entry: &str| {
+            let (index, rest) = field.strip_prefix(list)?.strip_prefix('[')?.split_once(']')?;
+            Some(format!("bodies[{index}].{entry}{rest}"))
         };
+        let field = of_body("poses", "pose").or_else(|| of_body("goals", "goal")).unwrap_or(field);
         match place_of(text, &field) {
             Some((line, column)) => (field, format!("{reason} (line {line}, column {column})")),
             None => (field, reason),
@@ -297,14 +332,15 @@ fn json<T: Serialize + ?Sized>(value: &T) -> Result<String> {
 }
 
 /// The bodies of a scene with their poses, one a line.
-fn body_lines(scene: &Scene, state: &State) -> Result<String> {
+fn body_lines(scene: &Scene, state: &State, goals: &[Option<Goal>]) -> Result<String> {
     let lines: Result<Vec<String>> = scene
         .bodies()
         .iter()
         .zip(state.poses())
         .enumerate()
         .map(|(i, (body, pose))| {
-            let entry = BodyEntry::new(body.def(), short_pose(pose), state.is_present(i));
+            let entry =
+                BodyEntry::new(body.def(), short_pose(pose), state.is_present(i), goals.get(i).copied().flatten());
             Ok(format!("    {}", json(&entry)?))
         })
         .collect();
@@ -331,35 +367,13 @@ impl Problem {
 
     /// Reads the text of a scene file. Errors name the field, and the line and column where it stands.
     pub fn from_json(text: &str) -> Result<Problem> {
-        let version = match parse::<Versioned>(text)?.version {
-            Some(SCENE_VERSION) => None,
-            Some(other) => Some(format!("is {other}; this library reads version {SCENE_VERSION}")),
-            None => Some(format!("is missing; write `\"version\": {SCENE_VERSION}`")),
-        };
-        if let Some(reason) = version {
-            return Err(located(text, Error::argument("version", reason)));
-        }
-        parse::<SceneFile>(text)?.problem().map_err(|e| located(text, e))
+        checked(text)?.problem().map_err(|e| located(text, e))
     }
 
     /// The text of a scene file.
     pub fn to_json(&self) -> Result<String> {
-        check_finite(&self.state)?;
-        let scene = &self.scene;
-        let gripper = match Gripper::by_name(&scene.gripper().name) {
-            Ok(known) if known == *scene.gripper() => json(&known.name)?,
-            _ => json(scene.gripper())?,
-        };
-        Ok(format!(
-            "{{\n  \"version\": {SCENE_VERSION},\n  \"name\": {},\n  \"bodies\": [\n{}\n  ],\n  \"target\": {},\n  \
-             \"gripper\": {gripper},\n  \"workspace\": {},\n  \"friction\": {},\n  \"overlap_tolerance\": {}\n}}\n",
-            json(&self.name)?,
-            body_lines(scene, &self.state)?,
-            json(&scene.body(self.target).name)?,
-            json(scene.workspace())?,
-            json(scene.friction())?,
-            json(&scene.overlap_tolerance())?,
-        ))
+        let target = format!("  \"target\": {},\n", json(&self.scene.body(self.target).name)?);
+        file_text(&self.name, &self.scene, &self.state, &[], &target)
     }
 
     /// The same problem with the bodies observed anew: a pose for each, `None` for a body that is not there any more
@@ -389,6 +403,102 @@ impl Problem {
             other => other,
         })?;
         self.with_poses(&poses)
+    }
+}
+
+/// Parses a file after looking at its version.
+fn checked(text: &str) -> Result<SceneFile> {
+    let version = match parse::<Versioned>(text)?.version {
+        Some(SCENE_VERSION) => None,
+        Some(other) => Some(format!("is {other}; this library reads version {SCENE_VERSION}")),
+        None => Some(format!("is missing; write `\"version\": {SCENE_VERSION}`")),
+    };
+    match version {
+        Some(reason) => Err(located(text, Error::argument("version", reason))),
+        None => parse::<SceneFile>(text),
+    }
+}
+
+/// The text of a file; `target` is the line that only retrieval problems have.
+fn file_text(name: &str, scene: &Scene, state: &State, goals: &[Option<Goal>], target: &str) -> Result<String> {
+    check_finite(state)?;
+    let gripper = match Gripper::by_name(&scene.gripper().name) {
+        Ok(known) if known == *scene.gripper() => json(&known.name)?,
+        _ => json(scene.gripper())?,
+    };
+    Ok(format!(
+        "{{\n  \"version\": {SCENE_VERSION},\n  \"name\": {},\n  \"bodies\": [\n{}\n  ],\n{target}  \
+         \"gripper\": {gripper},\n  \"workspace\": {},\n  \"friction\": {},\n  \"overlap_tolerance\": {}\n}}\n",
+        json(name)?,
+        body_lines(scene, state, goals)?,
+        json(scene.workspace())?,
+        json(scene.friction())?,
+        json(&scene.overlap_tolerance())?,
+    ))
+}
+
+/// A problem as a file has it: what to retrieve, or how to arrange.
+#[derive(Debug, Clone)]
+pub enum AnyProblem {
+    Retrieval(Problem),
+    Rearrangement(Rearrangement),
+}
+
+impl AnyProblem {
+    /// Reads a scene file. A file that gives no name is named after itself.
+    pub fn read(path: impl AsRef<Path>) -> Result<AnyProblem> {
+        let path = path.as_ref();
+        let text = std::fs::read_to_string(path).map_err(|e| Error::io(path, e))?;
+        let mut problem = AnyProblem::from_json(&text).map_err(|e| Error::format(path, e))?;
+        let name = match &mut problem {
+            AnyProblem::Retrieval(problem) => &mut problem.name,
+            AnyProblem::Rearrangement(problem) => &mut problem.name,
+        };
+        if name.is_empty() {
+            *name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+        }
+        Ok(problem)
+    }
+
+    /// Reads the text of a scene file: a rearrangement if a body has a goal, else a retrieval problem.
+    pub fn from_json(text: &str) -> Result<AnyProblem> {
+        let file = checked(text)?;
+        let rearranges = file.bodies.iter().any(|body| body.goal.is_some());
+        let problem = if rearranges {
+            file.rearrangement().map(AnyProblem::Rearrangement)
+        } else {
+            file.problem().map(AnyProblem::Retrieval)
+        };
+        problem.map_err(|e| located(text, e))
+    }
+}
+
+impl Rearrangement {
+    /// Reads a scene file with goals. A file that gives no name is named after itself.
+    pub fn read(path: impl AsRef<Path>) -> Result<Rearrangement> {
+        let path = path.as_ref();
+        let text = std::fs::read_to_string(path).map_err(|e| Error::io(path, e))?;
+        let mut problem = Rearrangement::from_json(&text).map_err(|e| Error::format(path, e))?;
+        if problem.name.is_empty() {
+            problem.name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+        }
+        Ok(problem)
+    }
+
+    /// Writes a scene file; what is read back is equal bit for bit.
+    pub fn write(&self, path: impl AsRef<Path>) -> Result<()> {
+        let path = path.as_ref();
+        std::fs::write(path, self.to_json()?).map_err(|e| Error::io(path, e))
+    }
+
+    /// Reads the text of a scene file with goals. Errors name the field, and the line and column where it stands.
+    pub fn from_json(text: &str) -> Result<Rearrangement> {
+        checked(text)?.rearrangement().map_err(|e| located(text, e))
+    }
+
+    /// The text of a scene file.
+    pub fn to_json(&self) -> Result<String> {
+        file_text(&self.name, &self.scene, &self.start, &self.goals, "")
     }
 }
 

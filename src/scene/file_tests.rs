@@ -196,3 +196,56 @@ fn observed_poses_replace_the_state() {
         assert!(error.starts_with(wanted), "{text}\n got {error}\nwant {wanted}");
     }
 }
+
+/// The second example in the documentation.
+fn example_of_goals() -> String {
+    let docs = include_str!("../../docs/scene-format.md");
+    let from = docs.find("## Goals").unwrap();
+    let start = from + docs[from..].find("```json\n").unwrap() + 8;
+    docs[start..start + docs[start..].find("```").unwrap()].to_owned()
+}
+
+#[test]
+fn the_documented_rearrangement_is_read_and_written_bit_for_bit() {
+    let problem = Rearrangement::from_json(&example_of_goals()).unwrap();
+    let goal = problem.goals[0].unwrap();
+    assert_eq!((goal.symmetry, goal.position_tolerance, goal.pose.theta), (4, 0.005, 1.57));
+    assert_eq!(problem.goals[1].unwrap().position_tolerance, 0.01);
+    assert!(!problem.scene.body(1).pickable);
+    let again = Rearrangement::from_json(&problem.to_json().unwrap()).unwrap();
+    assert_eq!(again, problem);
+    assert!(matches!(AnyProblem::from_json(&example_of_goals()), Ok(AnyProblem::Rearrangement(_))));
+    assert!(matches!(AnyProblem::from_json(&example()), Ok(AnyProblem::Retrieval(_))));
+}
+
+#[test]
+fn a_file_is_either_a_retrieval_or_a_rearrangement() {
+    let with_goal = |rest: &str, goal: &str| {
+        format!("{{\"version\": 1,{rest} \"bodies\": [\n  {{{}, \"goal\": {goal}}}]}}", &CUBE[1..CUBE.len() - 1])
+    };
+    let good = "{\"pose\": {\"x\": 0.4, \"y\": 0}}";
+    assert!(Rearrangement::from_json(&with_goal("", good)).is_ok());
+    for (error, wanted) in [
+        (Problem::from_json(&with_goal(" \"target\": 0,", good)).err(), "bodies[0].goal: belongs to a rearrangement"),
+        (Rearrangement::from_json(&with_goal(" \"target\": 0,", good)).err(), "target: belongs to a retrieval problem"),
+        (
+            Rearrangement::from_json(&minimal(CUBE, "").replace(" \"target\": 0,", "")).err(),
+            "bodies: none has a `goal`",
+        ),
+        (
+            AnyProblem::from_json(&minimal(CUBE, "").replace(" \"target\": 0,", "")).err(),
+            "scene: missing field `target`",
+        ),
+        (
+            Rearrangement::from_json(&with_goal("", "{\"pose\": {\"x\": 0.27, \"y\": 0}}")).err(),
+            "bodies[0].goal: `cube 0` reaches 28.5 mm out of the workspace; move it inside (line 2, column 54)",
+        ),
+        (
+            Rearrangement::from_json(&with_goal("", "{\"pose\": {\"x\": 0.4, \"y\": 0}, \"symmetry\": 99}")).err(),
+            "bodies[0].goal.symmetry: is 99",
+        ),
+    ] {
+        let error = error.map(|e| e.to_string()).unwrap_or_default();
+        assert!(error.starts_with(wanted), "{error}\n{wanted}");
+    }
+}

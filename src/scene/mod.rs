@@ -11,16 +11,19 @@ pub mod generate;
 mod gripper;
 mod json;
 pub mod library;
+mod rearrangement;
 mod solid;
 mod state;
 #[cfg(test)]
 pub(crate) mod testing;
+pub mod trlb;
 mod workspace;
 mod world;
 
 pub use body::{Body, BodyDef, MAX_BODIES};
-pub use file::SCENE_VERSION;
+pub use file::{AnyProblem, SCENE_VERSION};
 pub use gripper::{Grasper, Gripper, PushTip};
+pub use rearrangement::{CONTACT_SLACK, Goal, Rearrangement};
 pub use state::{BodyPose, Mask, State};
 pub use workspace::{LeaveRule, LeaveScope, Workspace};
 pub use world::{DEFAULT_OVERLAP_TOLERANCE, Friction, Problem, Scene, SceneBuilder};

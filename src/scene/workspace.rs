@@ -81,14 +81,18 @@ impl Workspace {
     pub fn holds(&self, footprint: &Footprint, pose: &Pose2) -> bool {
         match self.leave_rule {
             LeaveRule::Centre => self.inset(pose.position()) >= 0.0,
-            LeaveRule::Footprint => {
-                let frame = pose.frame();
-                let extent = |d: Vec2| footprint.support(frame.inverse_vector(d)) + pose.position().dot(&d);
-                extent(vec2(1.0, 0.0)) <= self.max[0]
-                    && extent(vec2(0.0, 1.0)) <= self.max[1]
-                    && -extent(vec2(-1.0, 0.0)) >= self.min[0]
-                    && -extent(vec2(0.0, -1.0)) >= self.min[1]
-            }
+            LeaveRule::Footprint => self.margin(footprint, pose) >= 0.0,
         }
+    }
+
+    /// Distance of the footprint to the nearest edge, metres; negative by as much as it reaches out.
+    pub fn margin(&self, footprint: &Footprint, pose: &Pose2) -> f64 {
+        let frame = pose.frame();
+        let extent = |d: Vec2| footprint.support(frame.inverse_vector(d)) + pose.position().dot(&d);
+        let right = self.max[0] - extent(vec2(1.0, 0.0));
+        let top = self.max[1] - extent(vec2(0.0, 1.0));
+        let left = -extent(vec2(-1.0, 0.0)) - self.min[0];
+        let bottom = -extent(vec2(0.0, -1.0)) - self.min[1];
+        right.min(top).min(left).min(bottom)
     }
 }

@@ -1,16 +1,16 @@
 //! The parameters of the search: one set of them is one published algorithm.
 //!
-//! | | [`vft`](Params::vft) | [`mcts`](Params::mcts) | [`guided`](Params::guided) | [`pmbs`](Params::pmbs) |
-//! |---|---|---|---|---|
-//! | chapter | VFT | MORE, MCTS | MORE, guided | PMBS |
-//! | selection | top 3, c = √2 | top 10, c = √2 | top 3 + prior, c = 0 | mean, c = 0.3 |
-//! | depth, extra | 4, 0 | 4, 0 | 3, 0 | 7, 3 |
-//! | discount | 0.8 | 0.5 | 0.5 | 0.8 |
-//! | rollout | uniform | uniform | best prior | uniform |
-//! | return | greatest discounted | greatest discounted | greatest discounted | greatest discounted |
-//! | backup | greatest with own | as is | as is | greatest with own |
-//! | final | greatest return | greatest return | greatest return + prior | mean |
-//! | early stop | none | level complete | level complete | level complete |
+//! | | [`vft`](Params::vft) | [`mcts`](Params::mcts) | [`guided`](Params::guided) | [`pmbs`](Params::pmbs) | [`pmmr`](Params::pmmr) |
+//! |---|---|---|---|---|---|
+//! | chapter | VFT | MORE, MCTS | MORE, guided | PMBS | REMP |
+//! | selection | top 3, c = √2 | top 10, c = √2 | top 3 + prior, c = 0 | mean, c = 0.3 | top 100, c = 1.5 |
+//! | depth, extra | 4, 0 | 4, 0 | 3, 0 | 7, 3 | 2 N + 2, 0 |
+//! | discount | 0.8 | 0.5 | 0.5 | 0.8 | 0.9 |
+//! | rollout | uniform | uniform | best prior | uniform | best prior or any, by depth |
+//! | return | greatest discounted | greatest discounted | greatest discounted | greatest discounted | last, or half the greatest earlier |
+//! | backup | greatest with own | as is | as is | greatest with own | as is |
+//! | final | greatest return | greatest return | greatest return + prior | mean | mean of the top 100 |
+//! | early stop | none | level complete | level complete | level complete | none |
 
 use crate::error::{Error, Result, check_range};
 
@@ -266,6 +266,25 @@ impl Params {
         }
     }
 
+    /// The search of chapter REMP for so many objects, with ten lanes (the source's machine had ten cores). The domain
+    /// gives moves to a goal a greater prior than the others. The text counts the discount per step of a rollout; here,
+    /// as everywhere, each action from the root on counts.
+    pub fn pmmr(objects: usize) -> Self {
+        Params {
+            selection: Selection::Ucb { mean: Mean::Top(100), exploration: 1.5 },
+            expansion: Expansion::BestPrior,
+            final_choice: FinalChoice::Returns(Mean::Top(100)),
+            discount: 0.9,
+            max_depth: 2 * u32::try_from(objects).unwrap_or(MAX_DEPTH).min(MAX_DEPTH / 2 - 1) + 2,
+            rollout_policy: RolloutPolicy::Mix { polynomial: [-0.106, 0.231, -0.013], floor: 0.2 },
+            rollout_failure: RolloutFailure::Retry,
+            returns: Return::Last { earlier: 0.5 },
+            backup: Backup::AsIs,
+            lanes: 10,
+            ..Params::vft()
+        }
+    }
+
     /// Refuses parameters that cannot be used, by name.
     pub fn validate(&self) -> Result<()> {
         match self.selection {
@@ -350,7 +369,15 @@ mod tests {
 
     #[test]
     fn the_published_sets_are_valid() {
-        for params in [Params::vft(), Params::mcts(), Params::guided(), Params::pmbs(1), Params::pmbs(1000)] {
+        for params in [
+            Params::vft(),
+            Params::mcts(),
+            Params::guided(),
+            Params::pmbs(1),
+            Params::pmbs(1000),
+            Params::pmmr(8),
+            Params::pmmr(usize::MAX),
+        ] {
             params.validate().unwrap();
         }
         assert_eq!(Params::mcts().remembered(), 10);

@@ -339,6 +339,9 @@ static void bad_planners(jostle_context *context, jostle_planner *planner, jostl
     BAD(jostle_plan_action(plan, 1000, &action), NOT_FOUND, "index: is 1000");
     BAD(jostle_plan_value(plan, 1000, &value), NOT_FOUND, "index: is 1000");
     BAD(jostle_plan_predicted(plan, 1000, NULL, 0, &count), NOT_FOUND, "index: is 1000");
+    BAD(jostle_plan_waypoints(plan, 1000, NULL, 0, &count), NOT_FOUND, "index: is 1000");
+    BAD(jostle_plan_waypoints(plan, 0, NULL, 0, &count), NOT_FOUND, "index: pushes and grasps have no waypoints");
+    BAD(jostle_plan_cost(plan, &value, NULL), NOT_FOUND, "plan: only a rearrangement's has a cost");
     BAD(jostle_plan_json(plan, (char *)&value, 1, &count), JOSTLE_ERROR_BUFFER, "capacity: is 1");
     statistics.struct_size = 0;
     BAD(jostle_plan_get_statistics(plan, &statistics), ARGUMENT, "statistics.struct_size: is 0");
@@ -375,6 +378,66 @@ static void bad_planners(jostle_context *context, jostle_planner *planner, jostl
     if (effect != 99) failures++;
 }
 
+/* Goals that cannot be used, scenes whose goals do not fit, and planners given the other kind of problem. */
+static void bad_rearrangements(jostle_context *context, jostle_planner *planner, jostle_body target)
+{
+    jostle_planner_options options = jostle_planner_options_default();
+    jostle_planner *mover;
+    jostle_scene *table;
+    jostle_body nobody = {0}, a, b;
+    jostle_body_def def;
+    jostle_action action;
+    jostle_goal goal;
+
+#define GOAL(change, want, message)                                                                                    \
+    goal = jostle_goal_default();                                                                                      \
+    change;                                                                                                            \
+    BAD(jostle_scene_set_goal(scene, target, &goal), want, message)
+
+    GOAL(goal.struct_size = 0, ARGUMENT, "goal.struct_size: is 0");
+    GOAL(goal.pose.theta = NOT_A_NUMBER, ARGUMENT, "goal.pose: is not finite");
+    GOAL(goal.symmetry = 65, ARGUMENT, "goal.symmetry: is 65");
+    GOAL(goal.position_tolerance = -1, ARGUMENT, "goal.position_tolerance: is -1");
+    GOAL(goal.rotation_tolerance = HUGE_VAL, ARGUMENT, "goal.rotation_tolerance: is inf");
+    goal = jostle_goal_default();
+    BAD(jostle_scene_set_goal(scene, nobody, &goal), ARGUMENT, "body: is zero");
+    BAD(jostle_scene_get_goal(scene, target, &goal), NOT_FOUND, "goal: the body has none");
+    goal.struct_size = 0;
+
+    options.planner = "hbfs";
+    options.max_iterations = 1;
+    MUST(jostle_planner_new(context, &options, &mover));
+    BAD(jostle_planner_solve(mover, scene, target, NULL, &new_plan), ARGUMENT, "target: is a body; a planner of");
+    BAD(jostle_planner_solve(mover, scene, nobody, NULL, &new_plan), ARGUMENT, "scene: no body has a goal");
+    BAD(jostle_planner_job_start(mover, scene, nobody, NULL, &new_job), ARGUMENT, "scene: no body has a goal");
+
+    MUST(jostle_scene_new(context, &table));
+    def = square(0.4, 0);
+    MUST(jostle_scene_add_body(table, &def, &a));
+    def = square(0.6, 0);
+    MUST(jostle_scene_add_body(table, &def, &b));
+    goal = jostle_goal_default();
+    goal.pose.p.x = 0.5;
+    MUST(jostle_scene_set_goal(table, a, &goal));
+    MUST(jostle_scene_set_goal(table, b, &goal));
+    BAD(jostle_planner_solve(mover, table, nobody, NULL, &new_plan), ARGUMENT, "goals[1]: `body 1` overlaps `body 0`");
+    BAD(jostle_scene_write(table, nobody, "never.json"), ARGUMENT, "goals[1]: ");
+    goal.pose.p.x = 0.72;
+    MUST(jostle_scene_set_goal(table, b, &goal));
+    BAD(jostle_planner_step(mover, table, nobody, 1, NULL, &new_plan), ARGUMENT, "goals[1]: `body 1` reaches");
+    MUST(jostle_scene_set_goal(table, b, NULL));
+    BAD(jostle_scene_get_goal(table, b, &goal), NOT_FOUND, "goal: the body has none");
+
+    memset(&action, 0, sizeof action);
+    action.kind = JOSTLE_ACTION_DRAG;
+    BAD(jostle_planner_advance(planner, &action, NULL), ARGUMENT, "action.kind: is a move of a rearrangement");
+    BAD(jostle_planner_advance(mover, &action, NULL), ARGUMENT, "action.body: is zero");
+    action.kind = JOSTLE_ACTION_PUSH;
+    BAD(jostle_planner_advance(mover, &action, NULL), ARGUMENT, "action.kind: is 1; a rearrangement has moves only");
+    jostle_scene_free(table);
+    jostle_planner_free(mover);
+}
+
 int main(void)
 {
     jostle_context *context, *dead_context;
@@ -392,6 +455,7 @@ int main(void)
     jostle_workspace good_jostle_workspace = jostle_workspace_default();
     jostle_planner_options good_jostle_planner_options = jostle_planner_options_default();
     jostle_solve_options good_jostle_solve_options = jostle_solve_options_default();
+    jostle_goal good_jostle_goal = jostle_goal_default();
     jostle_progress good_jostle_progress = jostle_progress_default();
     jostle_plan_statistics good_jostle_plan_statistics = jostle_plan_statistics_default();
     jostle_simulator_options good_jostle_simulator_options = jostle_simulator_options_default();
@@ -468,6 +532,7 @@ int main(void)
     bad_bodies();
     bad_scenes(context, target, other);
     bad_planners(context, planner, plan, target);
+    bad_rearrangements(context, planner, target);
 
     /* What cannot fail says something for everything. */
     if (!jostle_version()[0] || !jostle_build_info()[0] || jostle_version_number() != JOSTLE_VERSION_NUMBER) failures++;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::error::ErrorKind;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use jostle::eval::{Against, JudgeOptions};
-use jostle::physics::PhysicsOptions;
+use jostle::physics::{EngineInfo, PhysicsOptions, Purpose};
 use jostle::plan::{PlannerOptions, Variant};
 use jostle::run::Budget;
 use jostle::scene::Gripper;
@@ -31,6 +31,10 @@ pub enum Command {
     Generate(GenerateArgs),
     /// Compare an engine with recorded pushes
     Fidelity(FidelityArgs),
+    /// Record pushes that an engine executes in generated scenes
+    Record(RecordArgs),
+    /// Execute plans of one engine in another, and say which of them succeed there
+    Crosscheck(CrosscheckArgs),
     /// Measure speed
     #[command(subcommand)]
     Bench(BenchCommand),
@@ -44,16 +48,22 @@ pub enum BenchCommand {
     Push(BenchPushArgs),
     /// The search: cost of its bookkeeping, punctuality, reaction to cancelling, sameness at any number of threads
     Search(BenchSearchArgs),
+    /// Path queries of one body among others: answers a second, on one thread
+    Path(BenchPathArgs),
 }
 
 /// How a planner is set up.
 #[derive(Debug, Clone, Args)]
 pub struct PlannerArgs {
-    /// The planner: pmbs (parallel waves) or mcts (serial)
+    /// The planner: pmbs (parallel waves) or mcts (serial); for rearrangements untangle, pmmr or hbfs
     #[arg(long, default_value = "pmbs", value_name = "NAME")]
     pub planner: String,
     #[command(flatten)]
     pub physics: PhysicsArgs,
+    /// Engine in which the plan found and its best rivals are tried before the decision: none, ENGINE or ENGINE:PRESET
+    /// [default: the planner's own choice]
+    #[arg(long, value_name = "ENGINE[:PRESET]")]
+    pub confirm: Option<String>,
     /// A gripper to take the place of the scene's: robotiq_2f85 or dissertation_mask
     #[arg(long, value_name = "NAME")]
     pub gripper: Option<String>,
@@ -89,28 +99,32 @@ pub struct PlannerArgs {
 /// The engine of the planner's model.
 #[derive(Debug, Clone, Args)]
 pub struct PhysicsArgs {
-    /// Engine that predicts pushes
-    #[arg(long, default_value = "rapier", value_name = "ENGINE")]
-    pub physics: String,
-    /// Preset of the engine: fast, balanced or fine
-    #[arg(long, default_value = "fast", value_name = "NAME")]
-    pub preset: String,
+    /// Engine that predicts pushes: rapier, planar, prism or bullet [default: the planner's own; rapier to compare]
+    #[arg(long, value_name = "ENGINE")]
+    pub physics: Option<String>,
+    /// Preset of the engine, such as fast or fine [default: the one that suits planning]
+    #[arg(long, value_name = "NAME")]
+    pub preset: Option<String>,
 }
 
 impl PhysicsArgs {
+    /// The engine on its own, outside of a planner.
     pub fn options(&self) -> Outcome<PhysicsOptions> {
-        let options =
-            PhysicsOptions { engine: self.physics.clone(), preset: self.preset.clone(), ..PhysicsOptions::default() };
-        options.validate()?;
-        Ok(options)
+        let engine = self.physics.as_deref().unwrap_or("rapier");
+        Ok(PhysicsOptions::named(engine, self.preset.as_deref(), Purpose::Planning)?)
+    }
+
+    /// The same with the preset that suits judging where none is named.
+    pub fn judging(&self) -> Outcome<PhysicsOptions> {
+        let engine = self.physics.as_deref().unwrap_or("rapier");
+        Ok(PhysicsOptions::named(engine, self.preset.as_deref(), Purpose::Judging)?)
     }
 }
 
 impl PlannerArgs {
     pub fn options(&self) -> Outcome<PlannerOptions> {
-        let options = PlannerOptions {
+        let mut options = PlannerOptions {
             planner: self.planner.clone(),
-            physics: self.physics.options()?,
             sampler: self.sampler.clone(),
             push_length: self.push_length,
             budget: Budget { iterations: self.iterations, seconds: self.seconds, bytes: None },
@@ -125,6 +139,8 @@ impl PlannerArgs {
             max_depth: self.max_depth,
             ..PlannerOptions::default()
         };
+        options.set_physics(self.physics.physics.as_deref(), self.physics.preset.as_deref())?;
+        options.set_confirm(self.confirm.as_deref())?;
         options.validate()?;
         Ok(options)
     }
@@ -141,9 +157,10 @@ pub fn cores() -> usize {
 /// The world that a planner is judged in.
 #[derive(Debug, Clone, Args)]
 pub struct JudgeArgs {
-    /// Engine of the judge: a preset, or engine:preset
-    #[arg(long, default_value = "fine", value_name = "[ENGINE:]PRESET")]
-    pub judge: String,
+    /// Engine of the judge: ENGINE, ENGINE:PRESET, or a preset of rapier [default: bullet where it is built, else
+    /// rapier:fine]
+    #[arg(long, value_name = "ENGINE[:PRESET]")]
+    pub judge: Option<String>,
     /// Every friction is scaled by up to this share up or down, drawn anew for each trial
     #[arg(long, default_value_t = 0.2, value_name = "SHARE", allow_negative_numbers = true)]
     pub friction_spread: f64,
@@ -155,12 +172,16 @@ pub struct JudgeArgs {
     pub noise_deg: f64,
 }
 
+/// The engine named for judging, or bullet where this build has it.
+fn judging_engine(name: Option<&str>) -> Outcome<PhysicsOptions> {
+    let usual = EngineInfo::available().find(|e| e.id == "bullet").map_or("rapier", |e| e.id);
+    Ok(PhysicsOptions::parse(name.unwrap_or(usual), Purpose::Judging).map_err(|e| e.within("judge"))?)
+}
+
 impl JudgeArgs {
     pub fn options(&self, seed: u64) -> Outcome<JudgeOptions> {
-        let defaults = PhysicsOptions::default();
-        let (engine, preset) = self.judge.split_once(':').unwrap_or((&defaults.engine, &self.judge));
         let options = JudgeOptions {
-            physics: PhysicsOptions { engine: engine.into(), preset: preset.into(), ..PhysicsOptions::default() },
+            physics: judging_engine(self.judge.as_deref())?,
             friction_spread: self.friction_spread,
             noise_position_m: self.noise_mm * 1e-3,
             noise_rotation_rad: self.noise_deg.to_radians(),
@@ -225,7 +246,7 @@ pub struct PlanArgs {
 
 #[derive(Debug, Args)]
 pub struct RunArgs {
-    /// A folder of scenes, a single scene, or generated:N[:SEED]
+    /// A folder of scenes, a single scene, generated:N[:SEED], or rearrange for the 40 rearrangements of this tool
     #[arg(value_name = "SUITE", required_unless_present = "suite_option")]
     pub suite: Option<String>,
     /// The same by name
@@ -241,6 +262,12 @@ pub struct RunArgs {
     /// A trial fails after this many actions [default: 16 with the pmbs profile, else 30]
     #[arg(long, value_name = "N")]
     pub max_actions: Option<usize>,
+    /// Execute every plan to its end instead of planning anew after each action (rearrangements)
+    #[arg(long)]
+    pub open_loop: bool,
+    /// Runs of hbfs with seeds of their own, of which the best counts (rearrangements)
+    #[arg(long, default_value_t = 1, value_name = "N")]
+    pub seeds: usize,
     /// Conventions for original test cases and generated problems
     #[arg(long, value_enum, default_value = "auto")]
     pub profile: ProfileArg,
@@ -255,10 +282,13 @@ impl RunArgs {
 }
 
 #[derive(Debug, Args)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub struct GenerateArgs {
+    #[command(subcommand)]
+    pub kind: Option<GenerateKind>,
     /// Folder that the scenes are written to; made if it does not exist
-    #[arg(value_name = "FOLDER")]
-    pub folder: PathBuf,
+    #[arg(value_name = "FOLDER", required = true)]
+    pub folder: Option<PathBuf>,
     /// Number of problems
     #[arg(long, short = 'n', default_value_t = 20, value_name = "N")]
     pub count: usize,
@@ -272,6 +302,60 @@ pub struct GenerateArgs {
     #[arg(long, value_name = "NAME")]
     pub gripper: Option<String>,
     /// Seed of everything random
+    #[arg(long, default_value_t = 0, value_name = "N")]
+    pub seed: u64,
+    #[command(flatten)]
+    pub json: JsonArgs,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum GenerateKind {
+    /// Write random rearrangements that can be solved, but not by bringing one body after the other to its goal
+    Rearrange(GenerateRearrangeArgs),
+}
+
+#[derive(Debug, Args)]
+pub struct GenerateRearrangeArgs {
+    /// Folder that the scenes are written to; made if it does not exist
+    #[arg(value_name = "FOLDER")]
+    pub folder: PathBuf,
+    /// Number of problems
+    #[arg(long, short = 'n', default_value_t = 20, value_name = "N")]
+    pub count: u64,
+    /// Difficulty
+    #[arg(long, default_value = "normal", value_name = "LEVEL", value_parser = ["easy", "normal", "hard"])]
+    pub level: String,
+    /// Least and greatest number of bodies, as in 4..8 (both included) [default: the level's]
+    #[arg(long, value_name = "A..B", value_parser = parse_range)]
+    pub bodies: Option<(usize, usize)>,
+    /// Least and greatest part of the table that is covered, as in 0.3..0.4 [default: the level's]
+    #[arg(long, value_name = "A..B", value_parser = parse_shares)]
+    pub fill: Option<[f64; 2]>,
+    /// Seed of everything random
+    #[arg(long, default_value_t = 0, value_name = "N")]
+    pub seed: u64,
+    #[command(flatten)]
+    pub json: JsonArgs,
+}
+
+fn parse_shares(text: &str) -> Result<[f64; 2], String> {
+    let number = |part: &str| part.parse::<f64>().map_err(|e| format!("`{part}`: {e}"));
+    let (low, high) = text.split_once("..").ok_or("write the least, two dots, the greatest")?;
+    Ok([number(low)?, number(high)?])
+}
+
+#[derive(Debug, Args)]
+pub struct BenchPathArgs {
+    /// A file of queries; written first if it does not exist
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+    /// Number of queries to write
+    #[arg(long, short = 'n', default_value_t = 200, value_name = "N")]
+    pub count: usize,
+    /// Times that every query is answered; the least time counts
+    #[arg(long, default_value_t = 5, value_name = "N")]
+    pub rounds: usize,
+    /// Seed of the queries
     #[arg(long, default_value_t = 0, value_name = "N")]
     pub seed: u64,
     #[command(flatten)]
@@ -304,6 +388,55 @@ pub struct FidelityArgs {
     pub json: JsonArgs,
 }
 
+#[derive(Debug, Args)]
+pub struct RecordArgs {
+    /// The file that the recorded pushes are written to, one JSON object a line
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+    #[command(flatten)]
+    pub physics: PhysicsArgs,
+    /// Number of pushes
+    #[arg(long, short = 'n', default_value_t = 200, value_name = "N")]
+    pub count: usize,
+    /// Least and greatest number of bodies, as in 5..9 (both included)
+    #[arg(long, value_name = "A..B", value_parser = parse_range)]
+    pub bodies: Option<(usize, usize)>,
+    /// Seed of scenes and pushes
+    #[arg(long, default_value_t = 0, value_name = "N")]
+    pub seed: u64,
+}
+
+#[derive(Debug, Args)]
+pub struct CrosscheckArgs {
+    /// A folder of scenes, a single scene, or generated:N[:SEED]
+    #[arg(value_name = "SUITE")]
+    pub suite: String,
+    #[command(flatten)]
+    pub planner: PlannerArgs,
+    #[command(flatten)]
+    pub judge: ExecutingArgs,
+    /// Conventions for original test cases and generated problems
+    #[arg(long, value_enum, default_value = "auto")]
+    pub profile: ProfileArg,
+    #[command(flatten)]
+    pub json: JsonArgs,
+}
+
+/// The engine that executes what another one planned.
+#[derive(Debug, Clone, Args)]
+pub struct ExecutingArgs {
+    /// Engine that executes the plans: ENGINE, ENGINE:PRESET, or a preset of rapier [default: bullet where it is built,
+    /// else rapier:fine]
+    #[arg(long, value_name = "ENGINE[:PRESET]")]
+    pub judge: Option<String>,
+}
+
+impl ExecutingArgs {
+    pub fn physics(&self) -> Outcome<PhysicsOptions> {
+        judging_engine(self.judge.as_deref())
+    }
+}
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum AgainstArg {
     /// The push as it was recorded
@@ -326,12 +459,18 @@ pub struct BenchPushArgs {
     /// Recorded pushes to repeat [default: pushes sampled in generated scenes]
     #[arg(value_name = "FILE")]
     pub file: Option<PathBuf>,
-    /// Engine to measure
-    #[arg(long, default_value = "rapier", value_name = "ENGINE")]
+    /// Engines to measure side by side, with commas between
+    #[arg(long, default_value = "rapier", value_name = "ENGINES")]
     pub physics: String,
     /// Measure this preset only
     #[arg(long, value_name = "NAME")]
     pub preset: Option<String>,
+    /// Pushes in a call of the engine [default: what the engine is best at]
+    #[arg(long, value_name = "N")]
+    pub batch: Option<usize>,
+    /// Dense packs of this many bodies, for speed only [default: generated scenes of 5 to 12]
+    #[arg(long, value_name = "N", conflicts_with = "file")]
+    pub bodies: Option<usize>,
     /// Time to measure for, in seconds; every variant runs at least three times
     #[arg(long, default_value_t = 20.0, value_name = "SECONDS", allow_negative_numbers = true)]
     pub seconds: f64,
@@ -364,6 +503,9 @@ pub struct RenderArgs {
     /// The picture
     #[arg(long, short, value_name = "FILE")]
     pub output: PathBuf,
+    /// One picture that moves instead of one for each action (rearrangements)
+    #[arg(long)]
+    pub animated: bool,
     /// Conventions for an original test case
     #[arg(long, value_enum, default_value = "auto")]
     pub profile: ProfileArg,

@@ -5,8 +5,9 @@ use jostle::scene::Gripper;
 use jostle::scene::generate::{Generator, GeneratorParams};
 use serde::Serialize;
 
-use crate::args::GenerateArgs;
+use crate::args::{GenerateArgs, GenerateKind};
 use crate::output::{self, Failure, Outcome};
+use crate::rearrange;
 
 #[derive(Serialize)]
 struct Report {
@@ -23,6 +24,10 @@ struct Written {
 }
 
 pub fn run(args: &GenerateArgs) -> Outcome<()> {
+    if let Some(GenerateKind::Rearrange(args)) = &args.kind {
+        return rearrange::generate(args);
+    }
+    let folder = args.folder.as_deref().ok_or_else(|| Failure::usage("FOLDER is missing; see --help"))?;
     let defaults = GeneratorParams::default();
     let params = GeneratorParams {
         bodies: args.bodies.map_or(defaults.bodies, |(least, most)| least..=most),
@@ -35,7 +40,7 @@ pub fn run(args: &GenerateArgs) -> Outcome<()> {
     let problems = generator.generate_filtered(args.count, |problem| {
         with_gripper(problem, &gripper).and_then(|problem| needs_push(&problem)).unwrap_or(false)
     })?;
-    std::fs::create_dir_all(&args.folder).map_err(|e| Failure::failed(format!("{}: {e}", args.folder.display())))?;
+    std::fs::create_dir_all(folder).map_err(|e| Failure::failed(format!("{}: {e}", folder.display())))?;
     let mut report = Report {
         version: env!("CARGO_PKG_VERSION"),
         seed: args.seed,
@@ -45,7 +50,7 @@ pub fn run(args: &GenerateArgs) -> Outcome<()> {
     let mut text = String::new();
     for problem in problems {
         let problem = with_gripper(&problem, &gripper)?;
-        let path = args.folder.join(format!("{}.json", problem.name));
+        let path = folder.join(format!("{}.json", problem.name));
         output::write_file(&path, &problem.to_json()?)?;
         text.push_str(&format!("{}: {} bodies\n", path.display(), problem.scene.len()));
         report.files.push(Written { file: path.display().to_string(), bodies: problem.scene.len() });

@@ -4,13 +4,19 @@
 //! and files end with exit status 2, failures with 1, both with one line on standard error.
 
 mod args;
+mod bench_path;
 mod bench_push;
 mod bench_search;
+mod crosscheck;
 mod fidelity;
 mod generate;
 mod output;
 mod plan;
 mod plan_file;
+mod progress;
+mod rearrange;
+mod rearrange_suite;
+mod record;
 mod render;
 mod run;
 mod table;
@@ -42,8 +48,11 @@ fn command() -> Outcome<()> {
         Command::Run(args) => run::run(&args),
         Command::Generate(args) => generate::run(&args),
         Command::Fidelity(args) => fidelity::run(&args),
+        Command::Record(args) => record::run(&args),
+        Command::Crosscheck(args) => crosscheck::run(&args),
         Command::Bench(BenchCommand::Push(args)) => bench_push::run(&args),
         Command::Bench(BenchCommand::Search(args)) => bench_search::run(&args),
+        Command::Bench(BenchCommand::Path(args)) => bench_path::run(&args),
         Command::Render(args) => render::run(&args),
     }
 }

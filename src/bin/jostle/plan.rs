@@ -10,9 +10,13 @@ use jostle::scene::Problem;
 use crate::args::PlanArgs;
 use crate::output::{self, Outcome};
 use crate::plan_file::PlanFile;
+use crate::rearrange;
 use crate::render;
 
 pub fn run(args: &PlanArgs) -> Outcome<()> {
+    if let Some(problem) = rearrange::read(&args.scene)? {
+        return rearrange::plan(args, &problem);
+    }
     let mut options = args.planner.options()?;
     let mut problem = read_problem(&args.scene, args.profile.profile())?;
     if let Some(gripper) = args.planner.gripper()? {

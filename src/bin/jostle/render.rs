@@ -11,8 +11,12 @@ use jostle::scene::Problem;
 use crate::args::RenderArgs;
 use crate::output::{self, Outcome};
 use crate::plan_file::PlanFile;
+use crate::rearrange;
 
 pub fn run(args: &RenderArgs) -> Outcome<()> {
+    if rearrange::render(&args.input, &args.output, args.animated)? {
+        return Ok(());
+    }
     let picture = match read_plan(&args.input)? {
         Some((problem, plan)) => plan_picture(&problem, &plan),
         None => SvgPicture::of_problem(&read_problem(&args.input, args.profile.profile())?),

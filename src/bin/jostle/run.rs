@@ -2,13 +2,14 @@
 
 use std::fmt::Write as _;
 
-use indicatif::{ProgressBar, ProgressStyle};
 use jostle::eval::{ClosedLoopOptions, DEFAULT_MAX_ACTIONS, Event, Report, Suite, max_actions, push_travel, run_suite};
 use jostle::plan::Control;
 use serde::Serialize;
 
 use crate::args::RunArgs;
 use crate::output::{self, Failure, Machine, Outcome};
+use crate::progress;
+use crate::rearrange;
 use crate::table::{Table, number, percent};
 
 /// The report and what it was made on.
@@ -20,6 +21,9 @@ struct Document {
 }
 
 pub fn run(args: &RunArgs) -> Outcome<()> {
+    if rearrange::run(args)? {
+        return Ok(());
+    }
     let mut planner = args.planner.options()?;
     let judge = args.judge.options(planner.seed)?;
     let gripper = args.planner.gripper()?;
@@ -42,7 +46,7 @@ pub fn run(args: &RunArgs) -> Outcome<()> {
             suite.refused.len()
         )));
     }
-    let bar = progress_bar(suite.problems.len() as u64 * options.trials);
+    let bar = progress::bar(suite.problems.len() as u64 * options.trials, "trials");
     let mut name = String::new();
     let report = run_suite(&suite, &options, &Control::default(), &mut |event| match event {
         Event::Case { name: case, .. } => name = case.to_string(),
@@ -56,15 +60,6 @@ pub fn run(args: &RunArgs) -> Outcome<()> {
     let report = report?;
     let text = text(&report);
     output::report(args.json.json.as_deref(), &Document { machine: Machine::this(), report }, &text)
-}
-
-/// On standard error, and only where that is a terminal.
-fn progress_bar(trials: u64) -> ProgressBar {
-    let bar = ProgressBar::new(trials);
-    if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} trials, {elapsed} (left {eta})  {msg}") {
-        bar.set_style(style);
-    }
-    bar
 }
 
 fn text(report: &Report) -> String {
@@ -118,10 +113,11 @@ fn text(report: &Report) -> String {
             .collect::<Vec<_>>()
             .join(", "),
     };
+    let confirm = c.confirm.as_ref().map(|p| format!(" confirmed in {} {}", p.engine, p.preset)).unwrap_or_default();
     let j = &c.judge;
     let _ = writeln!(
         out,
-        "{} on {} {}, {budget} a decision, {} threads, seed {}, gripper {}; judge {} {}, friction +-{:.0} %, noise \
+        "{} on {} {}{confirm}, {budget} a decision, {} threads, seed {}, gripper {}; judge {} {}, friction +-{:.0} %, noise \
          {:.1} mm {:.1} deg; jostle {}",
         c.planner,
         c.physics.engine,

@@ -2,14 +2,17 @@
 
 use std::sync::Arc;
 
+use super::grasp::{GraspMotion, GraspTrial};
 use super::native;
 use super::settings::BulletSettings;
 use super::world::PushWorld;
-use crate::action::Push;
+use crate::action::{Grasp, Push};
 use crate::error::Result;
 use crate::geom::{Vec2, vec2};
 use crate::physics::rapier::free_travel;
-use crate::physics::transition::{PushJob, PushResult, PushStatus, Scratch, Stance, Transition};
+use crate::physics::transition::{
+    GraspResult, GraspStatus, PushJob, PushResult, PushStatus, Scratch, Stance, Transition,
+};
 use crate::run::Stop;
 use crate::scene::{Mask, Scene, State};
 
@@ -170,6 +173,28 @@ impl Transition for Bullet {
                 self.push(job, &[], result, details, stop);
             }
         }
+    }
+
+    fn grasp(&self, _: &mut Scratch, state: &State, grasp: &Grasp, stop: &Stop) -> Option<GraspResult> {
+        let trial: GraspTrial = match Bullet::grasp(self, state, grasp, &GraspMotion::default(), stop) {
+            Ok(trial) => trial,
+            // Not a grasp, or no memory to try it in: nothing was lifted.
+            Err(_) => {
+                let status = GraspStatus::Blocked { body: None };
+                return Some(GraspResult { status, state: state.clone(), ..GraspResult::default() });
+            }
+        };
+        let status = match (trial.interrupted, trial.blocked_by) {
+            (true, _) => GraspStatus::Interrupted,
+            (false, Some(body)) => GraspStatus::Blocked { body: Some(body) },
+            (false, None) => GraspStatus::Executed,
+        };
+        let mut state = trial.after;
+        if trial.success {
+            state.set_present(grasp.body, false);
+        }
+        let GraspTrial { held, lifted, gap, toppled, .. } = trial;
+        Some(GraspResult { status, held, lifted, gap, state, toppled })
     }
 
     fn step_standing(&self, _: &mut Scratch, job: &PushJob<'_>, stances: &[Stance], stop: &Stop) -> PushResult {

@@ -1,0 +1,128 @@
+//! What is behind a planner's handle: a planner of retrievals or one of rearrangements.
+
+use std::sync::Arc;
+
+use super::action::{c_move, jostle_action, read_action};
+use super::log::{JOSTLE_LOG_INFO, Log};
+use super::plan::Plan;
+use super::planner::Request;
+use super::scene::Bodies;
+use super::status::{Failure, Outcome};
+use crate::action::Move;
+use crate::error::{Error, Result};
+use crate::plan::rearrange::{REARRANGE_PLANNERS, RearrangeOptions, RearrangePlanner};
+use crate::plan::{Planner, PlannerOptions};
+use crate::scene::AnyProblem;
+
+/// Whether a planner's id is one of rearrangements.
+pub(super) fn is_rearranger(id: &str) -> bool {
+    REARRANGE_PLANNERS.contains(&id)
+}
+
+pub(super) enum Decider {
+    Retrieve(Box<Planner>),
+    Rearrange {
+        planner: Box<RearrangePlanner>,
+        /// The first move of its last plan, to understand an executed action by.
+        first: Option<Move>,
+    },
+}
+
+impl Decider {
+    pub fn new(options: PlannerOptions) -> Result<Decider> {
+        if !is_rearranger(&options.planner) {
+            return Ok(Decider::Retrieve(Box::new(Planner::new(options)?)));
+        }
+        let options = RearrangeOptions {
+            planner: options.planner,
+            variant: options.variant,
+            budget: options.budget,
+            seed: options.seed,
+            threads: options.threads,
+            lanes: options.lanes,
+            max_depth: options.max_depth,
+            ..RearrangeOptions::default()
+        };
+        Ok(Decider::Rearrange { planner: Box::new(RearrangePlanner::new(options)?), first: None })
+    }
+
+    /// Makes the decision and says so in the log.
+    pub fn decide(&mut self, request: &Request, log: &Arc<Log>) -> Result<Plan> {
+        let bodies = request.bodies.clone();
+        let (plan, outcome, actions, s) = match (self, &request.problem) {
+            (Decider::Retrieve(planner), AnyProblem::Retrieval(problem)) => {
+                let plan = match request.iterations {
+                    Some(iterations) => planner.step(problem, iterations, &request.control),
+                    None => planner.solve(problem, &request.control),
+                }?;
+                let (outcome, actions, statistics) = (plan.outcome, plan.actions.len(), plan.statistics.clone());
+                (Plan::new(log, plan, bodies), outcome, actions, statistics)
+            }
+            (Decider::Rearrange { planner, first }, AnyProblem::Rearrangement(problem)) => {
+                *first = None;
+                let plan = match request.iterations {
+                    Some(iterations) => planner.step(problem, iterations, &request.control),
+                    None => planner.solve(problem, &request.control),
+                }?;
+                *first = plan.moves.first().map(|step| step.action.clone());
+                let (outcome, actions, statistics) = (plan.outcome, plan.moves.len(), plan.statistics.clone());
+                (Plan::of_moves(log, plan, bodies), outcome, actions, statistics)
+            }
+            _ => return Err(Error::Internal("the problem is not of the planner's kind".into())),
+        };
+        log.emit(
+            JOSTLE_LOG_INFO,
+            "jostle_planner_solve",
+            &format!(
+                "{outcome:?} with {actions} actions after {} iterations, {} simulations, {:.3} s",
+                s.iterations, s.simulations, s.seconds
+            ),
+        );
+        Ok(plan)
+    }
+
+    /// Tells the planner what was executed.
+    ///
+    /// # Safety
+    /// `action` is null or readable.
+    pub unsafe fn advance(&mut self, action: *const jostle_action, bodies: &Bodies) -> Outcome<bool> {
+        match self {
+            // SAFETY: as promised by the caller.
+            Decider::Retrieve(planner) => Ok(planner.advance(&unsafe { read_action(action, bodies) }?)?),
+            Decider::Rearrange { planner, first } => {
+                // SAFETY: as promised by the caller.
+                let given = unsafe { super::abi::read(action, "action") }?;
+                if ![super::action::JOSTLE_ACTION_PICK_PLACE, super::action::JOSTLE_ACTION_DRAG].contains(&given.kind) {
+                    let reason = format!("is {}; a rearrangement has moves only", given.kind);
+                    return Err(Failure::argument("action.kind", reason));
+                }
+                bodies.index(given.body, "action.body")?;
+                match first.take() {
+                    Some(first) if c_move(&first, bodies) == given => Ok(planner.advance(&first)?),
+                    _ => {
+                        planner.reset();
+                        Ok(false)
+                    }
+                }
+            }
+        }
+    }
+
+    pub fn reset(&mut self) {
+        match self {
+            Decider::Retrieve(planner) => planner.reset(),
+            Decider::Rearrange { planner, first } => {
+                *first = None;
+                planner.reset();
+            }
+        }
+    }
+
+    /// Bytes of the search tree; a planner of rearrangements keeps none between decisions.
+    pub fn memory_bytes(&self) -> usize {
+        match self {
+            Decider::Retrieve(planner) => planner.memory_bytes(),
+            Decider::Rearrange { .. } => 0,
+        }
+    }
+}

@@ -1,0 +1,25 @@
+//! Paths of one body among the others in SE(2).
+//!
+//! A [`PathPlanner`] answers for a scene: is a pose free, is a straight motion free, is there a path. Gaps are those
+//! between footprints; the whole footprint stays within the workspace.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `params` | [`PathParams`] and what they default to |
+//! | `planner` | [`PathPlanner`]: queries, their cache |
+//! | `shape`, `gap`, `sweep` | convex cores, their signed gap, exact checks of poses and motions |
+//! | `connect` | RRT-Connect and shortening |
+//! | `reach` | the bitmap that says for certain where a body cannot be brought |
+
+mod connect;
+mod gap;
+mod params;
+mod planner;
+mod reach;
+mod shape;
+mod sweep;
+#[cfg(test)]
+mod tests;
+
+pub use params::{EDGE_TOLERANCE, MIN_CLEARANCE, PathParams, SWEEP_SLACK};
+pub use planner::{Path, PathLimits, PathOutcome, PathPlanner, PathScratch};

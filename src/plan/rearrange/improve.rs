@@ -1,0 +1,275 @@
+//! The search of `untangle`: many attempts, of which the best plan is kept and improved piece by piece.
+//!
+//! An attempt solves the whole problem, forwards or backwards (moves can be undone), or, once there is a plan, the piece
+//! of it between two of its states, with fewer moves or in less time than the piece takes. Fewer moves come first, then
+//! robot time. A batch of attempts starts from the same plan and is looked at in order, so that threads change nothing.
+
+use std::sync::{Arc, Mutex};
+
+use super::mover::Mover;
+use super::table::Layout;
+use super::untangle::{Worker, attempt, lower_bound, reversed};
+use crate::action::Move;
+use crate::error::Result;
+use crate::geom::footprints_apart;
+use crate::run::{Budget, Key, Pool, Progress, ProgressSnapshot, Stop, Stream};
+use crate::scene::{CONTACT_SLACK, Rearrangement, State};
+
+/// Batches without a better plan after which the search ends, where the plan cannot have fewer moves and where it may.
+const PATIENCE_PROVEN: u32 = 8;
+const PATIENCE: u32 = 200;
+/// The latter for a plan that an earlier decision has made and improved.
+const PATIENCE_KNOWN: u32 = 20;
+/// Chance that an attempt starts afresh although there is a plan.
+const AFRESH: f64 = 0.15;
+
+/// A plan in the making.
+#[derive(Debug, Clone, Default)]
+pub struct Candidate {
+    pub moves: Vec<Move>,
+    pub seconds: f64,
+    /// Every body is home at its end.
+    pub solved: bool,
+    /// Bodies that are not.
+    pub misplaced: usize,
+}
+
+/// What a search may use.
+pub struct Limits<'a> {
+    pub pool: &'a Pool,
+    pub stop: &'a Stop,
+    pub budget: Budget,
+    pub progress: Option<&'a Progress>,
+    pub lanes: usize,
+    pub max_moves: usize,
+    pub seed: u64,
+}
+
+/// What came of it.
+#[derive(Debug, Clone, Default)]
+pub struct Found {
+    pub best: Candidate,
+    pub attempts: u64,
+    /// Fewest moves that any plan has.
+    pub at_least: usize,
+    /// The search ended by itself.
+    pub settled: bool,
+}
+
+/// A piece of work for one worker.
+struct Task {
+    mover: Arc<Mover>,
+    start: Layout,
+    limit: usize,
+    backwards: bool,
+    /// The piece of the best plan to be replaced.
+    piece: std::ops::Range<usize>,
+    key: Key,
+    /// To be filled: moves, forwards, and bodies left misplaced; `None` if it was interrupted.
+    moves: Vec<Move>,
+    solved: bool,
+    misplaced: usize,
+}
+
+/// Searches from the problem's start; `known` is a plan to begin with.
+pub fn search(
+    mover: &Arc<Mover>,
+    workers: &mut Vec<Mutex<Worker>>,
+    known: Option<Vec<Move>>,
+    limits: &Limits,
+) -> Result<Found> {
+    workers.resize_with(limits.pool.workers(), Mutex::default);
+    let start = Layout::new(&mover.table.problem.start);
+    let backwards = backwards(mover);
+    let at_least = lower_bound(mover, &start);
+    let mut found = Found { at_least, ..Found::default() };
+    found.best.misplaced = usize::MAX;
+    let mut idle = 0;
+    if let Some(moves) = known {
+        found.best = candidate(mover, &start, moves);
+        idle = PATIENCE - PATIENCE_KNOWN;
+    }
+    let key = Key::new(limits.seed).child(2);
+    let mut stream = Key::new(limits.seed).child(3).stream();
+    loop {
+        let left = limits.budget.iterations.map_or(u64::MAX, |most| most.saturating_sub(found.attempts));
+        let count = left.min(limits.lanes as u64) as usize;
+        let proven = found.best.solved && found.best.moves.len() <= at_least;
+        let patience = if proven { PATIENCE_PROVEN } else { PATIENCE };
+        found.settled = found.best.solved && idle >= patience;
+        if count == 0 || limits.stop.requested() || found.settled {
+            return Ok(found);
+        }
+        let states = states(&start, &found.best);
+        let mut tasks: Vec<Task> = (0..count as u64)
+            .map(|lane| {
+                let key = key.child(found.attempts + lane);
+                let limits = (at_least, limits.max_moves);
+                task(mover, backwards.as_ref(), &found.best, &states, limits, key, &mut stream)
+            })
+            .collect();
+        limits.pool.for_each_group(&mut tasks, 1, workers, |worker, tasks| {
+            tasks.iter_mut().for_each(|task| run(task, worker, limits.stop));
+        })?;
+        idle += 1;
+        // Every task replaced a piece of the same plan: of two good pieces only one can be taken.
+        let before = found.best.clone();
+        for task in tasks.drain(..) {
+            if better(mover, &start, &before, &mut found.best, task) {
+                idle = 0;
+            }
+        }
+        found.attempts += count as u64;
+        publish(&found, limits);
+    }
+}
+
+fn publish(found: &Found, limits: &Limits) {
+    let Some(progress) = limits.progress else { return };
+    let now = ProgressSnapshot {
+        iterations: found.attempts,
+        nodes: found.attempts,
+        simulations: found.attempts,
+        best_value: -found.best.seconds,
+        solution_level: found.best.solved.then_some(found.best.moves.len() as u32),
+        elapsed_us: 0,
+    };
+    progress.publish(&now, limits.stop);
+}
+
+/// The problem from goal to start, if every body that moves has a goal and they can all stand there at once.
+fn backwards(mover: &Arc<Mover>) -> Option<Arc<Mover>> {
+    let table = &mover.table;
+    let mut end = table.problem.start.clone();
+    for body in table.movable.iter() {
+        let now = end.pose(body);
+        if !table.problem.at_goal(body, &now) {
+            end.set_pose(body, table.goal_pose(body, &now)?);
+        } else {
+            table.goal(body)?;
+        }
+    }
+    let frames: Vec<_> = (0..table.len()).map(|body| end.pose(body).frame()).collect();
+    let apart = (0..table.len()).all(|i| {
+        (0..i).all(|j| footprints_apart(table.footprint(i), &frames[i], table.footprint(j), &frames[j], -CONTACT_SLACK))
+    });
+    apart.then(|| Arc::new(mover.with_table(table.between(&end, &table.problem.start))))
+}
+
+/// The states of a plan, from its start to its end.
+fn states(start: &Layout, best: &Candidate) -> Vec<State> {
+    let mut state = start.state.clone();
+    let mut states = vec![state.clone()];
+    for action in &best.moves {
+        state.set_pose(action.body(), action.to());
+        states.push(state.clone());
+    }
+    states
+}
+
+/// Draws what to attempt next.
+fn task(
+    mover: &Arc<Mover>,
+    backwards: Option<&Arc<Mover>>,
+    best: &Candidate,
+    states: &[State],
+    (at_least, max_moves): (usize, usize),
+    key: Key,
+    stream: &mut Stream,
+) -> Task {
+    let all = best.moves.len();
+    let whole = |limit: usize, back: bool| {
+        let mover = Arc::clone(backwards.filter(|_| back).unwrap_or(mover));
+        let start = Layout::new(&mover.table.problem.start);
+        Task::new(mover, start, limit, back, 0..all, key)
+    };
+    let back = backwards.is_some() && stream.chance(0.5);
+    if !best.solved {
+        // Short attempts are soon given up, long ones find what is hard to find.
+        let more = stream.index(max_moves.saturating_sub(at_least) + 1);
+        return whole(at_least + more, back);
+    }
+    // A piece with as many moves may take less time.
+    let fewer = usize::from(stream.chance(0.5));
+    if stream.chance(AFRESH) {
+        return whole(all - fewer.min(all), back);
+    }
+    let length = 2 + stream.index(all.saturating_sub(1));
+    let first = stream.index((all + 1).saturating_sub(length).max(1));
+    let last = (first + length).min(all);
+    let limit = last - first - fewer.min(last - first);
+    let (from, to) = (&states[first], &states[last]);
+    if last == all && !back {
+        // The end is not a certain state: goals have tolerances.
+        let mover = Arc::new(mover.with_table(mover.table.from_state(from)));
+        return Task::new(mover, Layout::new(from), limit, false, first..last, key);
+    }
+    let (from, to) = if back { (to, from) } else { (from, to) };
+    let mover = Arc::new(mover.with_table(mover.table.between(from, to)));
+    Task::new(mover, Layout::new(from), limit, back, first..last, key)
+}
+
+impl Task {
+    fn new(
+        mover: Arc<Mover>,
+        start: Layout,
+        limit: usize,
+        backwards: bool,
+        piece: std::ops::Range<usize>,
+        key: Key,
+    ) -> Task {
+        Task { mover, start, limit, backwards, piece, key, moves: Vec::new(), solved: false, misplaced: usize::MAX }
+    }
+}
+
+fn run(task: &mut Task, worker: &mut Worker, stop: &Stop) {
+    let mut stream = task.key.stream();
+    task.solved = attempt(&task.mover, worker, &task.start, task.limit, &mut stream, stop);
+    task.misplaced = task.mover.table.misplaced(&worker.layout.state).count();
+    task.moves.clear();
+    if task.backwards {
+        if task.solved {
+            task.moves = reversed(&worker.moves);
+        }
+    } else {
+        task.moves.clone_from(&worker.moves);
+    }
+}
+
+/// Takes what the task found if that makes a better plan.
+fn better(mover: &Mover, start: &Layout, before: &Candidate, best: &mut Candidate, task: Task) -> bool {
+    let moves = if before.solved {
+        if !task.solved {
+            return false;
+        }
+        let mut moves = before.moves.clone();
+        moves.splice(task.piece.clone(), task.moves);
+        moves
+    } else {
+        if task.backwards && !task.solved {
+            return false;
+        }
+        task.moves
+    };
+    let new = candidate(mover, start, moves);
+    let wins = if best.solved {
+        new.solved && (new.moves.len(), new.seconds) < (best.moves.len(), best.seconds - 1e-9)
+    } else {
+        new.solved || new.misplaced < best.misplaced
+    };
+    if wins {
+        *best = new;
+    }
+    wins
+}
+
+pub fn candidate(mover: &Mover, start: &Layout, moves: Vec<Move>) -> Candidate {
+    let mut state = start.state.clone();
+    for action in &moves {
+        state.set_pose(action.body(), action.to());
+    }
+    let problem: &Rearrangement = &mover.table.problem;
+    let misplaced = mover.table.misplaced(&state).count();
+    let seconds = moves.iter().map(|action| mover.costs.seconds(action)).sum();
+    Candidate { solved: problem.solved(&state), moves, seconds, misplaced }
+}

@@ -1,0 +1,19 @@
+//! Planners of rearrangements: HBFS and PMMR (REMP, dissertation chapter 7), and `untangle`, our own.
+
+mod domain;
+mod graph;
+mod hbfs;
+mod improve;
+mod mover;
+mod options;
+mod outcome;
+mod planner;
+mod pmmr;
+mod samplers;
+mod table;
+mod untangle;
+
+pub use options::{REARRANGE_PLANNERS, RearrangeOptions, RearrangeReward};
+pub use outcome::{PlannedMove, RankedMove, RearrangePlan};
+pub use planner::RearrangePlanner;
+pub use samplers::SampleCounts;

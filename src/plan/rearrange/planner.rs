@@ -1,0 +1,280 @@
+//! The planner object: options in, plans out; what it has found is kept between decisions.
+
+use std::sync::{Arc, Mutex};
+
+use super::domain::Rearrange;
+use super::hbfs;
+use super::improve::{self, Candidate, Found, Limits};
+use super::mover::{Mover, MoverScratch};
+use super::options::RearrangeOptions;
+use super::outcome::{PlannedMove, RankedMove, RearrangePlan};
+use super::pmmr;
+use super::table::Layout;
+use super::untangle::Worker;
+use crate::action::Move;
+use crate::error::Result;
+use crate::plan::{Control, Outcome, PlanStatistics, Variant};
+use crate::run::{Budget, Key, Pool, Stop, StopReason};
+use crate::scene::{Rearrangement, State};
+use crate::search::Tree;
+
+/// Attempts worked at between two updates of the best plan.
+const UNTANGLE_LANES: usize = 16;
+/// Budget of `untangle` where none is given, seconds.
+const UNTANGLE_SECONDS: f64 = 1.0;
+/// Of `pmmr`: PMMR-10, and PMMR-40, the source's choice, for the published form.
+const PMMR_SECONDS: f64 = 10.0;
+const PUBLISHED_SECONDS: f64 = 40.0;
+
+/// A planner of rearrangements with its memory. Thread rule: one thread at a time; it runs its own worker threads inside
+/// a call only.
+pub struct RearrangePlanner {
+    options: RearrangeOptions,
+    pool: Pool,
+    mover: Option<Arc<Mover>>,
+    workers: Vec<Mutex<Worker>>,
+    scratches: Vec<Mutex<MoverScratch>>,
+    tree: Tree<Rearrange>,
+    /// The rest of the last plan and the state it begins at.
+    known: Option<(State, Vec<Move>)>,
+    /// Decisions since the last reset: each has random numbers of its own.
+    decisions: u64,
+}
+
+impl std::fmt::Debug for RearrangePlanner {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("RearrangePlanner").field("options", &self.options).finish_non_exhaustive()
+    }
+}
+
+impl RearrangePlanner {
+    /// Checks the options and starts the worker threads.
+    pub fn new(options: RearrangeOptions) -> Result<RearrangePlanner> {
+        options.validate()?;
+        let pool = Pool::new(options.threads, "jostle")?;
+        Ok(RearrangePlanner {
+            options,
+            pool,
+            mover: None,
+            workers: Vec::new(),
+            scratches: Vec::new(),
+            tree: Tree::new(),
+            known: None,
+            decisions: 0,
+        })
+    }
+
+    pub fn options(&self) -> &RearrangeOptions {
+        &self.options
+    }
+
+    /// Decides what to do, within the options' budget. The plan holds all moves that are known to be of use: execute
+    /// the first one, call [`advance`](Self::advance), observe and ask again, or execute them all.
+    ///
+    /// # Errors
+    /// A problem without a solution for a reason that can be named ([`Rearrangement::validate`] says which). Running out
+    /// of budget or being cancelled are outcomes.
+    pub fn solve(&mut self, problem: &Rearrangement, control: &Control) -> Result<RearrangePlan> {
+        self.decide(problem, self.options.budget, control)
+    }
+
+    /// Like [`solve`](Self::solve), but does at most `iterations` more iterations (the options' seconds hold as well),
+    /// starting from the best plan so far if the problem is the same.
+    pub fn step(&mut self, problem: &Rearrangement, iterations: u64, control: &Control) -> Result<RearrangePlan> {
+        let budget = Budget { iterations: Some(iterations), ..self.options.budget };
+        budget.validate()?;
+        self.decide(problem, budget, control)
+    }
+
+    /// Tells the planner that this move was executed. If it was the first of the last plan, the rest is kept as a plan
+    /// to begin with. Returns whether something was kept.
+    pub fn advance(&mut self, action: &Move) -> Result<bool> {
+        let Some((mut state, mut moves)) = self.known.take() else { return Ok(false) };
+        if moves.first() != Some(action) {
+            return Ok(false);
+        }
+        moves.remove(0);
+        state.set_pose(action.body(), action.to());
+        self.known = Some((state, moves));
+        Ok(true)
+    }
+
+    /// Forgets what was found.
+    pub fn reset(&mut self) {
+        self.known = None;
+        self.decisions = 0;
+    }
+
+    fn decide(&mut self, problem: &Rearrangement, budget: Budget, control: &Control) -> Result<RearrangePlan> {
+        let budget = self.effective(budget);
+        let stop = budget.start(&control.cancel);
+        problem.validate()?;
+        let mover = self.prepare(problem)?;
+        let mut plan = RearrangePlan::empty(Outcome::Infeasible, &self.options.planner, self.options.seed);
+        let seed = Key::new(self.options.seed).child(self.decisions).bits();
+        if problem.solved(&problem.start) {
+            plan.outcome = Outcome::Solved;
+        } else if cancelled(&stop) {
+            plan.outcome = Outcome::Cancelled;
+        } else {
+            self.decisions += 1;
+            let (found, considered) = self.search(&mover, budget, seed, &stop, control)?;
+            plan.considered = considered;
+            self.fill(&mut plan, &mover, found, &stop);
+        }
+        plan.statistics.seconds = stop.elapsed().as_secs_f64();
+        Ok(plan)
+    }
+
+    /// The budget with the planner's own in place of none.
+    fn effective(&self, budget: Budget) -> Budget {
+        let own = match self.options.planner.as_str() {
+            _ if budget.iterations.is_some() || budget.seconds.is_some() => return budget,
+            "hbfs" => return budget,
+            "pmmr" if self.options.variant == Variant::Tuned => PMMR_SECONDS,
+            "pmmr" => PUBLISHED_SECONDS,
+            _ => UNTANGLE_SECONDS,
+        };
+        Budget { bytes: budget.bytes, ..Budget::seconds(own) }
+    }
+
+    /// The table of the problem; paths found before stay known while the scene is the same.
+    fn prepare(&mut self, problem: &Rearrangement) -> Result<Arc<Mover>> {
+        let same = self.mover.as_ref().is_some_and(|mover| {
+            let old = &mover.table.problem;
+            old.goals == problem.goals && (Arc::ptr_eq(&old.scene, &problem.scene) || old.scene == problem.scene)
+        });
+        if !same {
+            self.reset();
+        }
+        let mover = match &self.mover {
+            Some(mover) if same => mover.with_table(mover.table.from_state(&problem.start)),
+            _ => Mover::new(problem, self.options.paths, self.options.costs)?,
+        };
+        let mover = Arc::new(mover);
+        self.mover = Some(Arc::clone(&mover));
+        Ok(mover)
+    }
+
+    fn search(
+        &mut self,
+        mover: &Arc<Mover>,
+        budget: Budget,
+        seed: u64,
+        stop: &Stop,
+        control: &Control,
+    ) -> Result<(Found, Vec<RankedMove>)> {
+        match self.options.planner.as_str() {
+            "hbfs" => Ok((self.hbfs(mover, seed, stop)?, Vec::new())),
+            "pmmr" => {
+                let known = self.rest_of_last(mover).filter(|_| self.options.variant == Variant::Tuned);
+                let means = pmmr::Means {
+                    options: &self.options,
+                    pool: &self.pool,
+                    stop,
+                    budget,
+                    progress: control.progress.as_deref(),
+                    seed,
+                    max_moves: self.max_moves(mover) as usize,
+                };
+                pmmr::search(&mut self.tree, &mut self.workers, mover, known, &means)
+            }
+            _ => Ok((self.untangle(mover, budget, seed, stop, control)?, Vec::new())),
+        }
+    }
+
+    /// The rest of the last plan, if it begins where the bodies are.
+    fn rest_of_last(&mut self, mover: &Mover) -> Option<Vec<Move>> {
+        let start = &mover.table.problem.start;
+        self.known.take().filter(|(state, _)| state == start).map(|(_, moves)| moves)
+    }
+
+    fn max_moves(&self, mover: &Mover) -> u32 {
+        self.options.max_moves.unwrap_or(20.max(3 * mover.table.len() as u32))
+    }
+
+    /// Parallel runs with seeds of their own; the best of them.
+    fn hbfs(&mut self, mover: &Arc<Mover>, seed: u64, stop: &Stop) -> Result<Found> {
+        self.scratches.resize_with(self.pool.workers(), Mutex::default);
+        let start = Layout::new(&mover.table.problem.start);
+        let max_moves = self.max_moves(mover);
+        let samples = self.options.samples;
+        let mut runs: Vec<(Key, Vec<Move>)> =
+            (0..self.options.seeds as u64).map(|run| (Key::new(seed).child(run), Vec::new())).collect();
+        self.pool.for_each_group(&mut runs, 1, &self.scratches, |scratch, runs| {
+            for (key, moves) in runs {
+                *moves = hbfs::run(mover, &samples, scratch, &start, max_moves, &mut key.stream(), stop);
+            }
+        })?;
+        let attempts = runs.len() as u64;
+        let mut best: Option<Candidate> = None;
+        for (_, moves) in runs {
+            let new = improve::candidate(mover, &start, moves);
+            let rank = |c: &Candidate| (!c.solved, if c.solved { c.moves.len() } else { c.misplaced });
+            let wins = best
+                .as_ref()
+                .is_none_or(|old| rank(&new).cmp(&rank(old)).then(new.seconds.total_cmp(&old.seconds)).is_lt());
+            if wins {
+                best = Some(new);
+            }
+        }
+        Ok(Found { best: best.unwrap_or_default(), attempts, at_least: 0, settled: true })
+    }
+
+    fn untangle(
+        &mut self,
+        mover: &Arc<Mover>,
+        budget: Budget,
+        seed: u64,
+        stop: &Stop,
+        control: &Control,
+    ) -> Result<Found> {
+        let known = self.rest_of_last(mover);
+        let limits = Limits {
+            pool: &self.pool,
+            stop,
+            budget,
+            progress: control.progress.as_deref(),
+            lanes: self.options.lanes.unwrap_or(UNTANGLE_LANES),
+            max_moves: self.max_moves(mover) as usize,
+            seed,
+        };
+        improve::search(mover, &mut self.workers, known, &limits)
+    }
+
+    /// Makes the plan of what was found.
+    fn fill(&mut self, plan: &mut RearrangePlan, mover: &Mover, found: Found, stop: &Stop) {
+        plan.statistics = PlanStatistics {
+            iterations: found.attempts,
+            nodes: found.attempts,
+            simulations: found.attempts,
+            no_plan_within: found.at_least.checked_sub(1).map(|moves| moves as u32),
+            ..PlanStatistics::default()
+        };
+        if cancelled(stop) {
+            plan.outcome = Outcome::Cancelled;
+            return;
+        }
+        plan.outcome = match (found.best.solved, found.best.moves.is_empty()) {
+            (true, _) => Outcome::Solved,
+            (false, true) => Outcome::Infeasible,
+            (false, false) if found.settled => Outcome::Partial,
+            (false, false) => Outcome::Budget,
+        };
+        plan.cost = found.best.moves.iter().map(|action| mover.costs.metres(action)).sum();
+        plan.robot_seconds = found.best.seconds;
+        let mut predicted = mover.table.problem.start.clone();
+        if found.best.solved {
+            self.known = Some((predicted.clone(), found.best.moves.clone()));
+        }
+        plan.moves.extend(found.best.moves.into_iter().map(|action| {
+            predicted.set_pose(action.body(), action.to());
+            PlannedMove { action, predicted: predicted.clone(), value: 0.0 }
+        }));
+    }
+}
+
+/// The end was asked for from outside. A deadline is no such request.
+fn cancelled(stop: &Stop) -> bool {
+    stop.requested() && stop.reason() != Some(StopReason::Deadline)
+}
