@@ -6,7 +6,7 @@ use std::sync::Arc;
 use jostle::action::Push;
 use jostle::geom::{Pose2, Shape, vec2};
 use jostle::physics::bullet::{Bullet, BulletSettings, Solver};
-use jostle::physics::{PhysicsOptions, PushJob, PushStatus, Stance, Transition, engine};
+use jostle::physics::{EngineSettings, PhysicsOptions, PushJob, PushStatus, Stance, Transition, engine};
 use jostle::run::Stop;
 use jostle::scene::{BodyDef, Friction, Scene, SceneBuilder, State};
 
@@ -123,9 +123,12 @@ fn a_stance_is_where_the_push_begins() {
 #[test]
 fn constants_of_another_engine_are_refused() {
     let scene = scene_of(&[square()]);
-    let options = PhysicsOptions { bullet: Some(BulletSettings::fast()), ..PhysicsOptions::default() };
+    let options = PhysicsOptions {
+        engine: "rapier".into(),
+        ..PhysicsOptions::custom(EngineSettings::Bullet(BulletSettings::fast()))
+    };
     let error = engine(&options, Arc::clone(&scene)).err().unwrap().to_string();
-    assert_eq!(error, "physics.bullet: are constants of bullet, but the engine is `rapier`");
+    assert_eq!(error, "physics.settings: are constants of bullet, but the engine is `rapier`");
     let options = PhysicsOptions { engine: "bullet".into(), ..options };
     assert_eq!(engine(&options, scene).unwrap().name(), "bullet custom");
 }
