@@ -6,7 +6,7 @@ use std::sync::Arc;
 use jostle::action::Push;
 use jostle::geom::{Pose2, Shape, vec2};
 use jostle::physics::bullet::{Bullet, BulletSettings, Solver};
-use jostle::physics::{PhysicsOptions, PushJob, PushStatus, Stance, Transition, engine};
+use jostle::physics::{EngineSettings, PhysicsOptions, PushJob, PushStatus, Stance, Transition, engine};
 use jostle::run::Stop;
 use jostle::scene::{BodyDef, Friction, Scene, SceneBuilder, State};
 
@@ -57,6 +57,11 @@ fn greatest_distance(a: &State, b: &State) -> f64 {
 #[test]
 fn the_compact_solver_gives_the_bits_of_bullets_own() {
     let (scene, state, pushes) = packed();
+    let with_root = BulletSettings { solver: Solver::CompactRoot, ..BulletSettings::reference() };
+    let other = pushes
+        .iter()
+        .any(|p| after(&scene, with_root, &state, p) != after(&scene, BulletSettings::reference(), &state, p));
+    assert!(other, "the compact solver is not in use: its inexact form gives the same bits too");
     for base in [BulletSettings::reference(), BulletSettings::fast()] {
         for push in &pushes {
             let with = |solver| after(&scene, BulletSettings { solver, ..base }, &state, push);
@@ -118,9 +123,12 @@ fn a_stance_is_where_the_push_begins() {
 #[test]
 fn constants_of_another_engine_are_refused() {
     let scene = scene_of(&[square()]);
-    let options = PhysicsOptions { bullet: Some(BulletSettings::fast()), ..PhysicsOptions::default() };
+    let options = PhysicsOptions {
+        engine: "rapier".into(),
+        ..PhysicsOptions::custom(EngineSettings::Bullet(BulletSettings::fast()))
+    };
     let error = engine(&options, Arc::clone(&scene)).err().unwrap().to_string();
-    assert_eq!(error, "physics.bullet: are constants of bullet, but the engine is `rapier`");
+    assert_eq!(error, "physics.settings: are constants of bullet, but the engine is `rapier`");
     let options = PhysicsOptions { engine: "bullet".into(), ..options };
     assert_eq!(engine(&options, scene).unwrap().name(), "bullet custom");
 }

@@ -148,7 +148,7 @@ private:
         const int cone = SOLVER_USE_2_FRICTION_DIRECTIONS;
         if (constraint_count || m_multiBodyNonContactConstraints.size() || m_tmpSolverContactConstraintPool.size() ||
             m_tmpSolverNonContactConstraintPool.size() || !(info.m_solverMode & cone) ||
-            (info.m_solverMode & SOLVER_DISABLE_IMPLICIT_CONE_FRICTION) || info.m_splitImpulse ||
+            (info.m_solverMode & SOLVER_DISABLE_IMPLICIT_CONE_FRICTION) ||
             m_maxOverrideNumSolverIterations > info.m_numIterations)
             return false;
         for (int i = 0; i < m_data.m_deltaVelocities.size(); i++)

@@ -227,6 +227,7 @@ mod tests {
     use super::super::testing::{Claw, Slide, row, squeeze};
     use super::*;
     use crate::geom::vec2;
+    use crate::physics::GraspResult;
     use crate::scene::Mask;
 
     fn judge(options: &JudgeOptions, trial: u64) -> Judge {
