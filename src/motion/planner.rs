@@ -162,8 +162,8 @@ impl PathPlanner {
         self.world(body, &mut scratch.obstacles).advance(&Motion::new(a, b))
     }
 
-    /// Keeps the items whose poses a body may be able to reach from where it stands; what is dropped it certainly cannot.
-    /// One map of what can be reached serves all. The poses are taken to keep the clearance.
+    /// Keeps the items whose poses a body can be brought to from where it stands, as the grid shows it: a guess that is
+    /// seldom wrong. One map serves all items. The poses are taken to keep the clearance.
     pub fn retain_reachable<T>(
         &self,
         state: &State,
@@ -178,7 +178,7 @@ impl PathPlanner {
         let from = state.pose(body);
         if !obstacles.keep_as_at(shape, self.params.clearance, [&from, &from]) {
             items.clear();
-        } else if reach.make(shape, obstacles, workspace, &self.params, &from) {
+        } else if reach.make(Cells::FreeMiddle, shape, obstacles, workspace, &self.params, &from) {
             items.retain(|item| {
                 let to = pose(item);
                 reach.holds(to.transform_point(shape.middle), to.theta)
