@@ -12,12 +12,18 @@ INCLUDEDIR ?= $(PREFIX)/include
 
 # One profile for everything: planning is slow without optimisation, and a second profile would build the physics
 # engine a second time.
-PROFILE := --release --features cli $(CARGO_FLAGS)
+# `make build FEATURES=cli,bullet` adds the 3D engine, which needs Bullet (scripts/setup.sh --test installs it).
+FEATURES ?= cli
+PROFILE  := --release --features $(FEATURES) $(CARGO_FLAGS)
 TARGET  := $(or $(CARGO_TARGET_DIR),target)
 BUILD   := $(TARGET)/release
 OUT     := out
 JOSTLE  := $(BUILD)/jostle
 DEMO_SEED ?= 1
+
+# What the static library needs where it has the 3D engine.
+BULLET := $(if $(findstring bullet,$(FEATURES)),-lBulletDynamics-float64 -lBulletCollision-float64 \
+                                                -lLinearMath-float64 -lstdc++)
 
 # Of `make bench`: generated problems, trials of each, seconds a decision.
 BENCH_PROBLEMS ?= 20
@@ -27,7 +33,8 @@ BENCH_SECONDS  ?= 1
 HEADERS := $(wildcard include/jostle/*.h include/jostle/*.hpp)
 WARN    := -Wall -Wextra -Werror -pedantic
 
-# What `make test` runs, in this order.
+# What `make test` runs, with these features, in this order.
+TEST_FEATURES ?= cli,bullet
 CHECKS := format lint build-tests test-rust test-headers test-consumer
 
 .PHONY: help setup setup-test build demo test build-tests test-rust test-headers test-consumer lint format bench \
@@ -48,7 +55,7 @@ build: setup ## the library (shared and static) and the command-line tool, in ta
 demo: build ## plan in C: push a target free and grasp it; then a picture of a plan
 	@mkdir -p $(OUT)
 	$(CC) -std=c11 $(CFLAGS) $(WARN) -Iinclude examples_c/retrieve.c -o $(OUT)/retrieve \
-	    $(BUILD)/libjostle.a -lgcc_s -lutil -lrt -lpthread -lm -ldl -lc
+	    $(BUILD)/libjostle.a $(BULLET) -lgcc_s -lutil -lrt -lpthread -lm -ldl -lc
 	$(OUT)/retrieve
 	@rm -rf $(OUT)/demo-scenes
 	$(JOSTLE) generate $(OUT)/demo-scenes --count 1 --seed $(DEMO_SEED)
@@ -58,7 +65,7 @@ demo: build ## plan in C: push a target free and grasp it; then a picture of a p
 test: setup-test ## every check
 	@set -e; times=; for check in $(CHECKS); do \
 	    start=$$(date +%s); \
-	    $(MAKE) --no-print-directory $$check; \
+	    $(MAKE) --no-print-directory FEATURES=$(TEST_FEATURES) $$check; \
 	    times="$$times$$(printf '  %-14s %4d s' $$check $$(($$(date +%s) - start)))\n"; \
 	done; printf "make test: all checks passed\n$$times"
 

@@ -60,6 +60,10 @@ below_prefix() {
 
 # What a static link needs besides: `rustc --print native-static-libs`.
 native='gcc_s util rt pthread m dl c'
+# With the feature `bullet` it needs that library too, which is there as a shared one only.
+if LC_ALL=C readelf -d "$BUILD/libjostle.so" | grep -q 'NEEDED.*libBulletDynamics-float64'; then
+    native="BulletDynamics-float64 BulletCollision-float64 LinearMath-float64 stdc++ $native"
+fi
 fill() { # fill TEMPLATE TARGET NATIVE_LIBS
     sed -e "s|@VERSION@|$version|g" -e "s|@VERSION_MAJOR@|$major|g" -e "s|@VERSION_MINOR@|$minor|g" \
         -e "s|@DESCRIPTION@|$(field description)|g" -e "s|@SONAME@|$soname|g" -e "s|@SHARED_FILE@|$shared|g" \

@@ -3,8 +3,8 @@
 # first, and does and prints nothing when all is there.
 #
 #   scripts/setup.sh              C compiler, make
-#   scripts/setup.sh --test       also C++ compiler, pkg-config, cmake; says which optional tools are missing
-#   scripts/setup.sh --optional   also installs the optional tools: valgrind, abigail-tools
+#   scripts/setup.sh --test       also C++ compiler, pkg-config, cmake, Bullet; says which optional tools are missing
+#   scripts/setup.sh --optional   also installs the optional tools: valgrind, abigail-tools, libclang
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -20,6 +20,11 @@ for argument in "$@"; do
 done
 
 has() { command -v "$1" >/dev/null 2>&1; }
+# bindgen loads libclang at run time.
+has_clang() { PATH=$PATH:/sbin ldconfig -p 2>/dev/null | grep -q 'libclang\(-[0-9.]*\)\?\.so'; }
+clang_packages() {
+    if apt-cache show libclang1-14 >/dev/null 2>&1; then echo libclang1-14 libclang-common-14-dev; else echo libclang-dev; fi
+}
 say() { echo "setup: $*" >&2; }
 
 # --- system tools -----------------------------------------------------------------------------------------------
@@ -34,10 +39,15 @@ if [[ $with_tests == yes ]]; then
     need c++ g++
     need pkg-config pkg-config
     need cmake cmake
+    # Both precisions come in one package; the engine takes the double one.
+    has pkg-config && pkg-config --exists bullet-float64 || packages+=(libbullet-dev)
 fi
 if [[ $with_optional == yes ]]; then
     need valgrind valgrind
     need abidiff abigail-tools
+    # To make the binding of Bullet anew (tests/bullet_bindings.rs).
+    # shellcheck disable=SC2207  # names of packages hold no blanks
+    has_clang || packages+=($(clang_packages))
 fi
 # A compiler without the C library's headers cannot build anything; Debian's packages allow that.
 if has cc && has dpkg && [[ ! -e /usr/include/stdio.h ]]; then
@@ -72,6 +82,7 @@ if [[ $with_tests == yes && $with_optional == no ]]; then
     missing=()
     has valgrind || missing+=(valgrind)
     has abidiff || missing+=(abigail-tools)
+    has_clang || missing+=(libclang)
     if ((${#missing[@]} > 0)); then
         say "optional, missing: ${missing[*]}; the checks that need them are skipped (scripts/setup.sh --optional)"
     fi

@@ -1,6 +1,6 @@
 //! The committed binding of the C interface to Bullet is what bindgen makes of its header.
 //!
-//! `UPDATE_BINDINGS=1 cargo test --test bullet_bindings` writes it anew. Needs libclang (Debian: libclang1-14 and
+//! `UPDATE_BINDINGS=1 cargo test --test bullet_bindings` (without the feature, which needs it) writes it anew. Needs libclang (Debian: libclang1-14 and
 //! libclang-common-14-dev); without it the test says so and checks nothing.
 
 use std::path::{Path, PathBuf};

@@ -41,9 +41,9 @@ fn a_confirmed_plan_is_what_the_confirming_engine_does() {
         assert!(s.plans_confirmed <= s.plans_tried && s.plans_tried <= s.confirm_simulations.max(1), "{s:?}");
         let unconfirmed = solve(&options(Confirm::Off), &problem);
         assert_eq!(unconfirmed.statistics.plans_tried, 0);
-        assert_eq!(unconfirmed.statistics.iterations, s.iterations, "the search is the same");
+        assert!(s.iterations >= unconfirmed.statistics.iterations, "it searches on, and no less: {}", problem.name);
+        assert!(s.iterations <= 200, "the budget holds for all searches together: {}", problem.name);
         if s.plans_confirmed == 0 {
-            assert_eq!(plan.hash_bits(), unconfirmed.hash_bits(), "the search's choice stands: {}", problem.name);
             continue;
         }
         confirmed += 1;

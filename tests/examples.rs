@@ -41,6 +41,21 @@ fn async_cancel_stops_in_time() {
 }
 
 #[test]
+fn a_plan_of_one_engine_is_checked_in_every_engine() {
+    let text = told("examples_c/crosscheck.c", "crosscheck", Link::Shared);
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(lines.len(), 5, "{text}");
+    assert_eq!(lines[0], "planned with rapier: 2 actions");
+    assert!(lines[1].starts_with("rapier   target grasped; the farthest body is within "), "{text}");
+    for (line, engine) in lines[2..].iter().zip(["planar", "prism", "bullet"]) {
+        let built = engine != "bullet" || cfg!(feature = "bullet");
+        let wanted = if built { "target " } else { "not in this build" };
+        assert!(line.starts_with(&format!("{engine:8} {wanted}")), "{text}");
+    }
+    assert_eq!(text, told("examples_c/crosscheck.c", "crosscheck", Link::Static));
+}
+
+#[test]
 fn the_controller_gets_its_target() {
     for link in [Link::Shared, Link::Static] {
         let text = told("examples_c/controller.cpp", "controller", link);

@@ -118,16 +118,18 @@ impl Default for jostle_bt_body_def {
 #[derive(Debug, Default, Copy, Clone)]
 pub struct jostle_bt_box_def {
     pub half: [f64; 3usize],
+    pub mass: f64,
     pub friction: f64,
     pub kinematic: i32,
 }
 #[allow(clippy::unnecessary_operation, clippy::identity_op)]
 const _: () = {
-    ["Size of jostle_bt_box_def"][::std::mem::size_of::<jostle_bt_box_def>() - 40usize];
+    ["Size of jostle_bt_box_def"][::std::mem::size_of::<jostle_bt_box_def>() - 48usize];
     ["Alignment of jostle_bt_box_def"][::std::mem::align_of::<jostle_bt_box_def>() - 8usize];
     ["Offset of field: jostle_bt_box_def::half"][::std::mem::offset_of!(jostle_bt_box_def, half) - 0usize];
-    ["Offset of field: jostle_bt_box_def::friction"][::std::mem::offset_of!(jostle_bt_box_def, friction) - 24usize];
-    ["Offset of field: jostle_bt_box_def::kinematic"][::std::mem::offset_of!(jostle_bt_box_def, kinematic) - 32usize];
+    ["Offset of field: jostle_bt_box_def::mass"][::std::mem::offset_of!(jostle_bt_box_def, mass) - 24usize];
+    ["Offset of field: jostle_bt_box_def::friction"][::std::mem::offset_of!(jostle_bt_box_def, friction) - 32usize];
+    ["Offset of field: jostle_bt_box_def::kinematic"][::std::mem::offset_of!(jostle_bt_box_def, kinematic) - 40usize];
 };
 #[repr(C)]
 #[derive(Debug, Default, Copy, Clone)]
@@ -161,6 +163,11 @@ unsafe extern "C" {
     pub fn jostle_bt_add_body(world: *mut jostle_bt_world, def: *const jostle_bt_body_def) -> jostle_bt_status::Type;
     pub fn jostle_bt_add_box(world: *mut jostle_bt_world, def: *const jostle_bt_box_def) -> jostle_bt_status::Type;
     pub fn jostle_bt_place_bodies(world: *mut jostle_bt_world) -> jostle_bt_status::Type;
+    pub fn jostle_bt_box(
+        world: *const jostle_bt_world,
+        box_: u32,
+        out: *mut jostle_bt_motion,
+    ) -> jostle_bt_status::Type;
     pub fn jostle_bt_move_box(
         world: *mut jostle_bt_world,
         box_: u32,

@@ -22,6 +22,20 @@ jostle_bt_status guarded(F &&body) noexcept
     }
 }
 
+jostle_bt_status read(const btMultiBody &base, jostle_bt_motion &out)
+{
+    const btVector3 &position = base.getBasePos();
+    const btQuaternion rotation = base.getWorldToBaseRot().inverse();
+    const btVector3 linear = base.getBaseVel(), angular = base.getBaseOmega();
+    for (int i = 0; i < 3; i++) {
+        out.position[i] = position[i];
+        out.linear[i] = linear[i];
+        out.angular[i] = angular[i];
+    }
+    for (int i = 0; i < 4; i++) out.rotation[i] = rotation[i];
+    return JOSTLE_BT_OK;
+}
+
 }  // namespace
 
 extern "C" {
@@ -101,19 +115,13 @@ jostle_bt_status jostle_bt_step(jostle_bt_world *world)
 jostle_bt_status jostle_bt_body(const jostle_bt_world *world, uint32_t body, jostle_bt_motion *out)
 {
     if (!world || !out || body >= world->bodies.size()) return JOSTLE_BT_BAD_ARGUMENT;
-    return guarded([&] {
-        const btMultiBody &base = *world->bodies[body]->base;
-        const btVector3 &position = base.getBasePos();
-        const btQuaternion rotation = base.getWorldToBaseRot().inverse();
-        const btVector3 linear = base.getBaseVel(), angular = base.getBaseOmega();
-        for (int i = 0; i < 3; i++) {
-            out->position[i] = position[i];
-            out->linear[i] = linear[i];
-            out->angular[i] = angular[i];
-        }
-        for (int i = 0; i < 4; i++) out->rotation[i] = rotation[i];
-        return JOSTLE_BT_OK;
-    });
+    return guarded([&] { return read(*world->bodies[body]->base, *out); });
+}
+
+jostle_bt_status jostle_bt_box(const jostle_bt_world *world, uint32_t box, jostle_bt_motion *out)
+{
+    if (!world || !out || box >= world->boxes.size()) return JOSTLE_BT_BAD_ARGUMENT;
+    return guarded([&] { return read(*world->boxes[box]->base, *out); });
 }
 
 jostle_bt_status jostle_bt_contacts(const jostle_bt_world *world, uint32_t box, double within, uint8_t *touching,

@@ -72,6 +72,7 @@ typedef struct jostle_bt_body_def {
 /* A box that is moved from outside: a push tip or a finger. */
 typedef struct jostle_bt_box_def {
     double half[3];
+    double mass; /* kilograms; a box is never turned by contacts */
     double friction;
     int32_t kinematic; /* 0: a heavy body whose pose and velocity are set; 1: Bullet's kinematic kind */
 } jostle_bt_box_def;
@@ -97,6 +98,8 @@ jostle_bt_status jostle_bt_add_body(jostle_bt_world *world, const jostle_bt_body
 jostle_bt_status jostle_bt_add_box(jostle_bt_world *world, const jostle_bt_box_def *def);
 /* Sets every body's pose once more, as a client that creates first and places then does. */
 jostle_bt_status jostle_bt_place_bodies(jostle_bt_world *world);
+/* Where a box is after a step: contacts may have held it back. */
+jostle_bt_status jostle_bt_box(const jostle_bt_world *world, uint32_t box, jostle_bt_motion *out);
 /* Sets a box's pose and velocity; to be called before every step for a box that moves. */
 jostle_bt_status jostle_bt_move_box(jostle_bt_world *world, uint32_t box, const jostle_bt_motion *motion);
 /* Takes a box out of the world. */

@@ -9,8 +9,7 @@ using jostle_bt::Body;
 
 namespace {
 
-// Mass and inertia of a box that is moved from outside: heavy, so that contacts do not turn it aside within a step.
-const btScalar BOX_MASS = 1000;
+// Moment of inertia of a box that is moved from outside, so great that contacts do not turn it within a step.
 const btScalar BOX_INERTIA = 10000;
 
 btVector3 vector(const double v[3]) { return btVector3(v[0], v[1], v[2]); }
@@ -152,7 +151,7 @@ void jostle_bt_world::add_box(const jostle_bt_box_def &def)
     box->shape->setMargin(settings.margin);
     box->position = btVector3(0, 0, 5);
     box->rotation = btQuaternion::getIdentity();
-    box->base.reset(new btMultiBody(0, BOX_MASS, btVector3(BOX_INERTIA, BOX_INERTIA, BOX_INERTIA), false, false));
+    box->base.reset(new btMultiBody(0, def.mass, btVector3(BOX_INERTIA, BOX_INERTIA, BOX_INERTIA), false, false));
     box->base->setLinearDamping(0);
     box->base->setAngularDamping(0);
     box->collider.reset(new btMultiBodyLinkCollider(box->base.get(), -1));

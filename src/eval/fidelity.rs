@@ -8,7 +8,7 @@ use super::recording::{Recording, pose};
 use super::statistics::{mean, median, percentile};
 use crate::error::{Error, Result};
 use crate::geom::{Footprint, Pose2, normalize_angle};
-use crate::physics::{PushStatus, Transition};
+use crate::physics::{PushJob, PushStatus, Transition};
 use crate::run::Stop;
 use crate::scene::Scene;
 
@@ -87,7 +87,9 @@ pub fn compare(
         let scene = Arc::new(recording.scene()?);
         let transition = engine(Arc::clone(&scene))?;
         let mut scratch = transition.scratch();
-        let result = transition.step(&mut scratch, &recording.state(), &recording.push(), &Stop::never());
+        let state = recording.state();
+        let job = PushJob { state: &state, push: recording.push() };
+        let result = transition.step_standing(&mut scratch, &job, &recording.stances(&scene), &Stop::never());
         pushes += 1;
         illegal += usize::from(result.status != PushStatus::Executed);
         for (i, (before, wanted)) in recording.before.iter().zip(wanted).enumerate() {

@@ -13,7 +13,7 @@ use super::metrics::Effect;
 use crate::action::{Action, Grasp, Push};
 use crate::error::{Error, Result, check_range};
 use crate::geom::Pose2;
-use crate::physics::{self, PhysicsOptions, PushStatus, Scratch, Transition};
+use crate::physics::{self, GraspStatus, PhysicsOptions, PushStatus, Scratch, Transition};
 use crate::run::{Key, Stop};
 use crate::scene::{Problem, Scene, State};
 
@@ -174,7 +174,7 @@ impl Judge {
     pub fn execute(&mut self, action: &Action) -> Result<Effect> {
         match action {
             Action::Push(push) => self.push(push),
-            Action::Grasp(grasp) => Ok(self.grasp(grasp)),
+            Action::Grasp(grasp) => self.grasp(grasp),
         }
     }
 
@@ -190,13 +190,26 @@ impl Judge {
         }
     }
 
-    /// The grasp was planned for observed poses; it holds if the test passes for it at the true ones.
-    fn grasp(&mut self, grasp: &Grasp) -> Effect {
-        if grasp.body != self.target || !self.jaw.holds(&self.truth, grasp) {
-            return Effect::Missed;
+    /// The grasp was planned for observed poses. An engine that executes grasps says what was lifted, and only the target
+    /// alone counts; in any other the grasp holds if the geometric test passes for it at the true poses.
+    fn grasp(&mut self, grasp: &Grasp) -> Result<Effect> {
+        let Some(result) = self.engine.grasp(&mut self.scratch, &self.truth, grasp, &Stop::never()) else {
+            if grasp.body != self.target || !self.jaw.holds(&self.truth, grasp) {
+                return Ok(Effect::Missed);
+            }
+            self.truth.set_present(self.target, false);
+            return Ok(Effect::Grasped);
+        };
+        if result.status == GraspStatus::Interrupted {
+            return Err(Error::Internal("the judge's engine stopped in mid grasp".into()));
         }
-        self.truth.set_present(self.target, false);
-        Effect::Grasped
+        let taken = grasp.body == self.target && result.took(self.target);
+        // What was taken wrongly lies where the fingers let go of it. A pose in the plane cannot say how a fallen body
+        // lies: then everything is put back.
+        if taken || result.toppled.is_empty() && result.state.present() == self.truth.present() {
+            self.truth = result.state;
+        }
+        Ok(if taken { Effect::Grasped } else { Effect::Missed })
     }
 }
 
@@ -211,9 +224,10 @@ fn perturbed(scene: &Scene, spread: f64, key: Key) -> Scene {
 
 #[cfg(test)]
 mod tests {
-    use super::super::testing::{Slide, row, squeeze};
+    use super::super::testing::{Claw, Slide, row, squeeze};
     use super::*;
     use crate::geom::vec2;
+    use crate::scene::Mask;
 
     fn judge(options: &JudgeOptions, trial: u64) -> Judge {
         let engine = |scene| Ok(Arc::new(Slide { scene, offset: Pose2::new(0.03, 0.0, 0.0) }) as Arc<dyn Transition>);
@@ -299,6 +313,33 @@ mod tests {
         assert!(judge.truth().is_present(0));
         assert_eq!(judge.execute(&Action::Grasp(good)).unwrap(), Effect::Grasped);
         assert!(!judge.truth().is_present(0));
+    }
+
+    #[test]
+    fn an_engine_that_grasps_decides_and_only_the_target_alone_counts() {
+        let problem = row();
+        // Geometry would refuse this grasp, and accept the other.
+        let (beside, good) = (squeeze(&problem, [0.5, 0.06]), squeeze(&problem, [0.5, 0.0]));
+        let executed = |held, lifted| GraspResult { held, lifted: Mask(lifted), ..GraspResult::default() };
+        let blocked = GraspResult { status: GraspStatus::Blocked { body: Some(1) }, ..GraspResult::default() };
+        for (result, grasp, wanted) in [
+            (executed(Some(0), 0b01), beside, Effect::Grasped),
+            (executed(Some(1), 0b10), good, Effect::Missed),
+            (executed(Some(0), 0b11), good, Effect::Missed),
+            (executed(None, 0b01), good, Effect::Missed),
+            (executed(None, 0), good, Effect::Missed),
+            (blocked, good, Effect::Missed),
+            (executed(Some(0), 0b01), Grasp { body: 1, ..good }, Effect::Missed),
+        ] {
+            let engine = |scene| Ok(Arc::new(Claw { scene, result: result.clone() }) as Arc<dyn Transition>);
+            let mut judge = Judge::with_engine(&problem, &JudgeOptions::default(), 0, &engine).unwrap();
+            assert_eq!(judge.execute(&Action::Grasp(grasp)).unwrap(), wanted, "{result:?}");
+            assert_eq!(judge.truth().is_present(0), wanted == Effect::Missed);
+        }
+        let result = GraspResult { status: GraspStatus::Interrupted, ..GraspResult::default() };
+        let engine = |scene| Ok(Arc::new(Claw { scene, result: result.clone() }) as Arc<dyn Transition>);
+        let mut judge = Judge::with_engine(&problem, &JudgeOptions::default(), 0, &engine).unwrap();
+        assert!(judge.execute(&Action::Grasp(good)).is_err());
     }
 
     #[test]

@@ -10,6 +10,8 @@
 
 pub mod arrange;
 pub mod certificate;
+#[cfg(feature = "bullet")]
+mod calibration;
 mod closed_loop;
 mod crosscheck;
 mod fidelity;
@@ -24,6 +26,8 @@ mod suite;
 #[cfg(test)]
 mod testing;
 
+#[cfg(feature = "bullet")]
+pub use calibration::{Confusion, GraspSample, grasp_samples};
 pub use closed_loop::{ClosedLoopOptions, DEFAULT_MAX_ACTIONS, Event, Policy, run_case, run_trial};
 pub use crosscheck::{Crosscheck, CrosscheckRow, crosscheck};
 pub use fidelity::{Against, AllAgreement, Fidelity, MOVED_POSITION, MOVED_ROTATION, MovedAgreement, compare};

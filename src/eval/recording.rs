@@ -3,7 +3,8 @@
 //! A recording is a text file with one JSON object a line: `case`, `push` = [x0, y0, x1, y1] of the tip's centre,
 //! `tip` = {`w` across, `t` along}, `shapes[i]` = convex `pieces` in the body frame, `mass`, `izz` about the origin,
 //! `before` and `after` = [x, y, yaw] of every body, and optionally `after_fresh` (the same push in a fresh world).
-//! Other fields are ignored. The centre of mass is the body's origin; a body's friction is 0.5, the ground's 1.1 and the
+//! `before3d` = [x, y, z, qx, qy, qz, qw] says how the bodies leaned and how high they lay, for engines that know a
+//! stance. Other fields are ignored. The centre of mass is the body's origin; a body's friction is 0.5, the ground's 1.1 and the
 //! tip's 0.9. Metres, kilograms, radians.
 
 use std::path::Path;
@@ -15,13 +16,16 @@ use super::fidelity::Against;
 use crate::action::{ContourSampler, Push, PushSampler, SamplerScratch};
 use crate::error::{Error, Result};
 use crate::geom::{Footprint, Piece, Pose2, convex_hull, vec2};
-use crate::physics::{PushStatus, Transition};
+use crate::physics::{PushStatus, Stance, Transition};
 use crate::run::{Key, Stop};
 use crate::scene::generate::{Generator, GeneratorParams};
 use crate::scene::{BodyDef, Friction, Gripper, Problem, PushTip, Scene, SceneBuilder, State};
 
 /// A case whose recordings are not planar (one block lies on another); left out.
 pub const NOT_PLANAR: &str = "testo09";
+
+/// Height at which the recorded bodies' lower faces come to rest, metres: ground and collision margin.
+const RECORDED_REST: f64 = 0.0005;
 
 /// One recorded push.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -37,6 +41,9 @@ pub struct Recording {
     pub after: Vec<[f64; 3]>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub after_fresh: Option<Vec<[f64; 3]>>,
+    /// Positions and quaternions (x, y, z, w) before the push.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub before3d: Option<Vec<[f64; 7]>>,
 }
 
 /// Metres.
@@ -91,8 +98,10 @@ impl Recording {
         same("before", self.before.len())?;
         same("after", self.after.len())?;
         self.after_fresh.as_ref().map_or(Ok(()), |fresh| same("after_fresh", fresh.len()))?;
+        self.before3d.as_ref().map_or(Ok(()), |poses| same("before3d", poses.len()))?;
         let poses = self.before.iter().chain(&self.after).chain(self.after_fresh.iter().flatten());
-        if !poses.flatten().chain(&self.push).all(|v| v.is_finite()) {
+        let in_space = self.before3d.iter().flatten().flatten();
+        if !poses.flatten().chain(&self.push).chain(in_space).all(|v| v.is_finite()) {
             return Err(Error::argument("recording", "holds a number that is not finite"));
         }
         self.scene().map(|_| ())
@@ -129,12 +138,38 @@ impl Recording {
         Push::new(vec2(x0, y0), vec2(x1, y1))
     }
 
+    /// How the bodies stood; empty where the recording does not say. `scene` is the recording's.
+    pub fn stances(&self, scene: &Scene) -> Vec<Stance> {
+        let bodies = scene.bodies().iter();
+        self.before3d.iter().flatten().zip(bodies).map(|(pose, body)| stance(pose, body.height)).collect()
+    }
+
     pub(super) fn result(&self, against: Against) -> Option<&[[f64; 3]]> {
         match against {
             Against::Recorded => Some(&self.after),
             Against::Fresh => self.after_fresh.as_deref(),
         }
     }
+}
+
+/// A block stands on whichever of its sides is nearest to level; it leans by what is left.
+fn stance(pose: &[f64; 7], height: f64) -> Stance {
+    let [_, _, z, qx, qy, qz, qw] = *pose;
+    // The vertical components of the block's axes, and the axis that is nearest to the vertical.
+    let third = [2.0 * (qx * qz - qy * qw), 2.0 * (qy * qz + qx * qw), 1.0 - 2.0 * (qx * qx + qy * qy)];
+    let axis = (0..3).fold(0, |best, k| if third[k].abs() > third[best].abs() { k } else { best });
+    let horizontal = [
+        [1.0 - 2.0 * (qy * qy + qz * qz), 2.0 * (qx * qy + qz * qw)],
+        [2.0 * (qx * qy - qz * qw), 1.0 - 2.0 * (qx * qx + qz * qz)],
+        [2.0 * (qx * qz + qy * qw), 2.0 * (qy * qz - qx * qw)],
+    ][axis];
+    let [x, y] = horizontal.map(|v| v * third[axis].signum());
+    let (sine, cosine) = (x.hypot(y), third[axis].abs());
+    // The turn that takes the vertical to the axis: about the horizontal direction across it.
+    let scale = if sine > 0.0 { sine.atan2(cosine) / sine } else { 0.0 };
+    // A block's origin lies amid its height only if it stands upright.
+    let rise = if axis == 2 { z - (RECORDED_REST + height / 2.0) } else { 0.0 };
+    Stance { lean: [-y * scale, x * scale], rise }
 }
 
 pub(super) fn pose(p: &[f64; 3]) -> Pose2 {
@@ -242,6 +277,7 @@ impl Recording {
             after: before.clone(),
             before,
             after_fresh: None,
+            before3d: None,
         }
     }
 }
@@ -270,6 +306,18 @@ mod tests {
         assert!(same.moved.count >= 8 && same.moved.mean_iou > 0.9999, "{same:?}");
         let finer = |scene| physics::engine(&PhysicsOptions::preset("fine"), scene);
         assert!(compare(&read, Against::Recorded, &finer).unwrap().moved.mean_iou < 0.999, "another engine differs");
+    }
+
+    #[test]
+    fn a_stance_is_the_lean_from_the_nearest_side() {
+        let half = 0.002f64.sin();
+        let upright = stance(&[0.0, 0.0, 0.0231, half, 0.0, 0.0, 0.002f64.cos()], 0.045);
+        assert!((upright.lean[0] - 0.004).abs() < 1e-9 && upright.lean[1].abs() < 1e-12, "{upright:?}");
+        assert!((upright.rise - 1e-4).abs() < 1e-12);
+        // On its side: turned by a right angle about x, and 4 mrad less.
+        let angle: f64 = std::f64::consts::FRAC_PI_4 - 0.002;
+        let side = stance(&[0.0, 0.0, 0.03, angle.sin(), 0.0, 0.0, angle.cos()], 0.045);
+        assert!((side.lean[0] + 0.004).abs() < 1e-9 && side.rise == 0.0, "{side:?}");
     }
 
     #[test]

@@ -6,7 +6,7 @@ use crate::action::{Action, Grasp, Push};
 use crate::error::Result;
 use crate::eval::Policy;
 use crate::geom::{Pose2, Shape, vec2};
-use crate::physics::{PushJob, PushResult, PushStatus, Scratch, Transition};
+use crate::physics::{GraspResult, PushJob, PushResult, PushStatus, Scratch, Transition};
 use crate::plan::{Control, Outcome, Plan, PlannedAction};
 use crate::run::Stop;
 use crate::scene::{BodyDef, Mask, Problem, Scene, SceneBuilder, State};
@@ -43,6 +43,40 @@ impl Transition for Slide {
             let o = self.offset;
             result.state.set_pose(0, Pose2::new(p.x + o.x, p.y + o.y, p.theta + o.theta));
         }
+    }
+}
+
+/// An engine that executes grasps, all with the same result; pushes do nothing.
+pub struct Claw {
+    pub scene: Arc<Scene>,
+    pub result: GraspResult,
+}
+
+impl Transition for Claw {
+    fn name(&self) -> &str {
+        "claw"
+    }
+
+    fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    fn scratch(&self) -> Scratch {
+        Box::new(())
+    }
+
+    fn step_batch(&self, _: &mut Scratch, jobs: &[PushJob<'_>], results: &mut [PushResult], _: &Stop) {
+        for (job, result) in jobs.iter().zip(results) {
+            *result = PushResult { state: job.state.clone(), ..PushResult::default() };
+        }
+    }
+
+    fn grasp(&self, _: &mut Scratch, state: &State, _: &Grasp, _: &Stop) -> Option<GraspResult> {
+        let mut state = state.clone();
+        if let Some(body) = self.result.held.filter(|&body| self.result.took(body)) {
+            state.set_present(body, false);
+        }
+        Some(GraspResult { state, ..self.result.clone() })
     }
 }
 

@@ -1,7 +1,10 @@
 //! What a push does: the [`Transition`] interface and the engines behind it.
 
 pub mod bullet;
+pub mod lanes;
+pub mod narrow;
 mod options;
+pub mod planar;
 pub mod prism;
 pub mod rapier;
 mod transition;
@@ -10,6 +13,7 @@ mod transition;
 pub use bullet::Bullet;
 pub use bullet::BulletSettings;
 pub use options::{ENGINES, EngineInfo, EngineSettings, PhysicsOptions, Purpose, engine};
+pub use planar::{Planar, PlanarSettings};
 pub use prism::{Prism, PrismSettings};
 pub use rapier::{Rapier, RapierSettings};
-pub use transition::{PushJob, PushResult, PushStatus, Scratch, Transition};
+pub use transition::{GraspResult, GraspStatus, PushJob, PushResult, PushStatus, Scratch, Stance, Transition};

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::bullet::{self, BulletSettings};
+use super::planar::{Planar, PlanarSettings};
 use super::prism::{Prism, PrismSettings};
 use super::rapier::{Rapier, RapierSettings};
 use super::transition::Transition;
@@ -26,10 +27,17 @@ pub struct EngineInfo {
 }
 
 /// The engines, present in this build or not.
-pub const ENGINES: [EngineInfo; 3] = [
+pub const ENGINES: [EngineInfo; 4] = [
     EngineInfo {
         id: "rapier",
         presets: &RapierSettings::PRESETS,
+        planning: "fast",
+        judging: "fine",
+        available: Ok(()),
+    },
+    EngineInfo {
+        id: "planar",
+        presets: &PlanarSettings::PRESETS,
         planning: "fast",
         judging: "fine",
         available: Ok(()),
@@ -49,6 +57,7 @@ pub const ENGINES: [EngineInfo; 3] = [
 #[serde(rename_all = "snake_case")]
 pub enum EngineSettings {
     Rapier(RapierSettings),
+    Planar(PlanarSettings),
     Prism(PrismSettings),
     Bullet(BulletSettings),
 }
@@ -58,6 +67,7 @@ impl EngineSettings {
     pub fn engine(&self) -> &'static str {
         match self {
             Self::Rapier(_) => "rapier",
+            Self::Planar(_) => "planar",
             Self::Prism(_) => "prism",
             Self::Bullet(_) => "bullet",
         }
@@ -68,6 +78,7 @@ impl EngineSettings {
         let info = EngineInfo::find(engine)?;
         match info.id {
             "rapier" => RapierSettings::by_name(preset).map(Self::Rapier),
+            "planar" => PlanarSettings::by_name(preset).map(Self::Planar),
             "prism" => PrismSettings::by_name(preset).map(Self::Prism),
             "bullet" => BulletSettings::by_name(preset).map(Self::Bullet),
             other => Err(Error::Internal(format!("engine `{other}` is listed but has no settings"))),
@@ -78,6 +89,7 @@ impl EngineSettings {
     pub fn validate(&self) -> Result<()> {
         match self {
             Self::Rapier(settings) => settings.validate(),
+            Self::Planar(settings) => settings.validate(),
             Self::Prism(settings) => settings.validate(),
             Self::Bullet(settings) => settings.validate(),
         }
@@ -197,6 +209,7 @@ pub fn engine(options: &PhysicsOptions, scene: Arc<Scene>) -> Result<Arc<dyn Tra
     };
     Ok(match settings {
         EngineSettings::Rapier(settings) => Arc::new(Rapier::with_name(name, scene, settings)?),
+        EngineSettings::Planar(settings) => Arc::new(Planar::with_name(name, scene, settings)?),
         EngineSettings::Prism(settings) => Arc::new(Prism::with_name(name, scene, settings)?),
         #[cfg(feature = "bullet")]
         EngineSettings::Bullet(settings) => Arc::new(bullet::Bullet::with_name(name, scene, settings)?),

@@ -2,7 +2,7 @@
 
 use std::any::Any;
 
-use crate::action::Push;
+use crate::action::{Grasp, Push};
 use crate::run::Stop;
 use crate::scene::{Mask, Scene, State};
 
@@ -43,6 +43,50 @@ pub struct PushResult {
     pub toppled: Mask,
 }
 
+/// How a grasp ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum GraspStatus {
+    /// The fingers came down, closed and lifted.
+    #[default]
+    Executed,
+    /// A finger came down on this body (`None`: on something else, or the grasp is not finite); nothing was lifted.
+    Blocked { body: Option<usize> },
+    /// The stop was requested before the end; the result is not to be used.
+    Interrupted,
+}
+
+/// What a grasp did.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct GraspResult {
+    pub status: GraspStatus,
+    /// The body that hangs between the pads, if one does.
+    pub held: Option<usize>,
+    /// Every body that rose with the fingers, held or not.
+    pub lifted: Mask,
+    /// Distance of the pads in the end, metres.
+    pub gap: f64,
+    /// The world afterwards: without the body that is held, if nothing else was lifted; else the fingers have let go.
+    pub state: State,
+    /// Bodies that lean, lie or stand on others afterwards.
+    pub toppled: Mask,
+}
+
+impl GraspResult {
+    /// This body, and nothing else, was taken.
+    pub fn took(&self, body: usize) -> bool {
+        self.status == GraspStatus::Executed && self.held == Some(body) && self.lifted.iter().eq([body])
+    }
+}
+
+/// How a body stands at the start of a push: what a pose in the plane does not say. Flat on the ground by default.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Stance {
+    /// The body leans by a turn about this horizontal axis of the world frame, whose length is the angle in radians.
+    pub lean: [f64; 2],
+    /// How far the body's centre lies above where it rests when it stands flat, metres.
+    pub rise: f64,
+}
+
 /// A model of what a push does to every body, prepared for one scene.
 ///
 /// Batch-first: an engine may run the jobs of a call side by side, and the result of a job must not depend on the
@@ -67,6 +111,18 @@ pub trait Transition: Send + Sync {
     /// Executes `jobs[i]` into `results[i]`. A requested stop leaves the rest `Interrupted` within a physics slice
     /// (well under a millisecond). `results` keeps its memory between calls.
     fn step_batch(&self, scratch: &mut Scratch, jobs: &[PushJob<'_>], results: &mut [PushResult], stop: &Stop);
+
+    /// Executes a grasp of the scene's gripper: down, close, lift. `None` from an engine without a third dimension, whose
+    /// user has to judge grasps by geometry.
+    fn grasp(&self, scratch: &mut Scratch, state: &State, grasp: &Grasp, stop: &Stop) -> Option<GraspResult> {
+        let _ = (scratch, state, grasp, stop);
+        None
+    }
+
+    /// One push of bodies that stand as `stances` says (one for each body of the scene). Planar engines know no stance.
+    fn step_standing(&self, scratch: &mut Scratch, job: &PushJob<'_>, _stances: &[Stance], stop: &Stop) -> PushResult {
+        self.step(scratch, job.state, &job.push, stop)
+    }
 
     /// One push on its own.
     fn step(&self, scratch: &mut Scratch, state: &State, push: &Push, stop: &Stop) -> PushResult {

@@ -2,8 +2,8 @@
 //!
 //! Every solution in the tree is a plan. The chosen one and its best rivals are executed from the observed state in the
 //! confirming engine, all side by side, one push after the other. Of those that free the target there too, the one with
-//! the fewest pushes is returned, and of these the one with the best grasp. Where none does, the search's own choice
-//! stands: it is still the best that is known.
+//! the fewest pushes is returned, and of these the one with the best grasp. Where none does, the search
+//! goes on for a while (`decision`); in the end its own choice stands, as the best that is known.
 
 use std::cmp::Reverse;
 use std::sync::{Arc, Mutex};
@@ -39,6 +39,8 @@ pub struct Verdict {
     pub tried: u64,
     pub confirmed: u64,
     pub simulations: u64,
+    /// Wall-clock time.
+    pub seconds: f64,
 }
 
 /// A plan on its way through the confirming engine.
@@ -62,58 +64,75 @@ struct Shared {
     from: State,
     push: Push,
     result: PushResult,
+    /// Of the state it led to; none if the push is of no use.
     verdict: Option<GraspAssessment>,
-    useful: bool,
 }
 
-/// Executes the tree's plans in `engine`. With a requested stop what is known by then counts.
-pub fn confirm(
-    domain: &Retrieval,
-    engine: &Arc<dyn Transition>,
-    tree: &Tree<Retrieval>,
-    observed: &State,
-    pool: &Pool,
-    stop: &Stop,
-) -> Result<Verdict> {
-    let mut tries = plans(tree);
-    let mut verdict = Verdict { tried: tries.len() as u64, ..Verdict::default() };
-    let scratches: Vec<Mutex<(EngineScratch, Scratch)>> =
-        (0..pool.workers()).map(|_| Mutex::new((engine.scratch(), domain.new_scratch()))).collect();
-    let longest = tries.iter().map(|t| t.pushes.len()).max().unwrap_or(0);
-    for depth in 0..longest {
-        if stop.requested() {
-            break;
+/// The plans of one decision in the confirming engine.
+pub struct Confirmation<'a> {
+    domain: &'a Retrieval,
+    engine: &'a Arc<dyn Transition>,
+    pool: &'a Pool,
+    stop: &'a Stop,
+    scratches: Vec<Mutex<(EngineScratch, Scratch)>>,
+    /// Nodes whose plans were tried.
+    seen: Vec<usize>,
+    pub verdict: Verdict,
+}
+
+impl<'a> Confirmation<'a> {
+    pub fn new(domain: &'a Retrieval, engine: &'a Arc<dyn Transition>, pool: &'a Pool, stop: &'a Stop) -> Self {
+        let scratches = (0..pool.workers()).map(|_| Mutex::new((engine.scratch(), domain.new_scratch()))).collect();
+        Self { domain, engine, pool, stop, scratches, seen: Vec::new(), verdict: Verdict::default() }
+    }
+
+    /// Executes the tree's plans that were not tried before. With a requested stop what is known by then counts.
+    pub fn try_plans(&mut self, tree: &Tree<Retrieval>, observed: &State) -> Result<()> {
+        let from = self.stop.elapsed();
+        let mut tries = plans(tree, &mut self.seen);
+        self.verdict.tried += tries.len() as u64;
+        let longest = tries.iter().map(|t| t.pushes.len()).max().unwrap_or(0);
+        for depth in 0..longest {
+            if self.stop.requested() {
+                break;
+            }
+            self.push_all(&mut tries, depth, observed)?;
         }
+        self.verdict.confirmed += tries.iter().filter(|t| matches!(t.end, End::Freed(_))).count() as u64;
+        // Earlier rounds confirmed nothing, or there would be no further one.
+        self.verdict.best = best(tries);
+        self.verdict.seconds += (self.stop.elapsed() - from).as_secs_f64();
+        Ok(())
+    }
+
+    /// Executes push `depth` of every try that is under way. Tries that began alike share it.
+    fn push_all(&mut self, tries: &mut [Try], depth: usize, observed: &State) -> Result<()> {
         let mut shared: Vec<Shared> = Vec::new();
         let mut of_try: Vec<Option<usize>> = Vec::with_capacity(tries.len());
-        for t in &tries {
+        for t in &*tries {
             let open = matches!(t.end, End::UnderWay) && depth < t.pushes.len();
             of_try.push(open.then(|| {
                 let (from, push) = (t.states.last().unwrap_or(observed), t.pushes[depth]);
                 shared.iter().position(|s| s.push == push && s.from == *from).unwrap_or_else(|| {
-                    let (result, verdict) = (PushResult::default(), None);
-                    shared.push(Shared { from: from.clone(), push, result, verdict, useful: false });
+                    shared.push(Shared { from: from.clone(), push, result: PushResult::default(), verdict: None });
                     shared.len() - 1
                 })
             }));
         }
-        verdict.simulations += shared.len() as u64;
-        pool.for_each_group(&mut shared, engine.batch_size(), &scratches, |(engine_scratch, scratch), group| {
+        self.verdict.simulations += shared.len() as u64;
+        let (domain, engine, stop) = (self.domain, self.engine, self.stop);
+        self.pool.for_each_group(&mut shared, engine.batch_size(), &self.scratches, |(memory, scratch), group| {
             let jobs: Vec<PushJob> = group.iter().map(|s| PushJob { state: &s.from, push: s.push }).collect();
             let mut results = vec![PushResult::default(); group.len()];
-            engine.step_batch(engine_scratch, &jobs, &mut results, stop);
+            engine.step_batch(memory, &jobs, &mut results, stop);
             for (s, result) in group.iter_mut().zip(results) {
-                s.useful = result.status == PushStatus::Executed && domain.useful(&s.from, &result);
-                s.verdict = s.useful.then(|| domain.assess(scratch, &result.state));
+                let useful = result.status == PushStatus::Executed && domain.useful(&s.from, &result);
+                s.verdict = useful.then(|| domain.assess(scratch, &result.state));
                 s.result = result;
             }
         })?;
         for (t, at) in tries.iter_mut().zip(&of_try) {
             let Some(s) = at.map(|at| &shared[at]) else { continue };
-            if s.result.status == PushStatus::Interrupted {
-                t.end = End::Failed;
-                continue;
-            }
             t.states.push(s.result.state.clone());
             t.end = match s.verdict {
                 Some(found) if domain.solves(&found) => End::Freed(found),
@@ -121,10 +140,8 @@ pub fn confirm(
                 _ => End::Failed,
             };
         }
+        Ok(())
     }
-    verdict.confirmed = tries.iter().filter(|t| matches!(t.end, End::Freed(_))).count() as u64;
-    verdict.best = best(tries);
-    Ok(verdict)
 }
 
 /// Fewest pushes, then the best grasp, then the search's order.
@@ -143,8 +160,8 @@ fn best(tries: Vec<Try>) -> Option<Confirmed> {
 }
 
 /// The tree's plans in the order in which they are worth trying: the chosen one, then by length, the value of the
-/// first push, and the grasp.
-fn plans(tree: &Tree<Retrieval>) -> Vec<Try> {
+/// first push, and the grasp. Nodes in `seen` are left out, those listed are added to it.
+fn plans(tree: &Tree<Retrieval>, seen: &mut Vec<usize>) -> Vec<Try> {
     let nodes: Vec<_> = tree.nodes().collect();
     let chosen = tree.best_path().last().filter(|n| n.terminal).map(|n| n.id);
     let Some(shortest) = nodes.iter().filter(|n| n.terminal && n.level > 0).map(|n| n.level).min() else {
@@ -154,6 +171,9 @@ fn plans(tree: &Tree<Retrieval>) -> Vec<Try> {
     let place = |id: usize| nodes.binary_search_by_key(&id, |n| n.id).ok();
     let mut found = Vec::new();
     for node in nodes.iter().filter(|n| n.terminal && n.level > 0 && n.level <= shortest + LONGER) {
+        if seen.contains(&node.id) {
+            continue;
+        }
         let mut pushes = Vec::with_capacity(node.level as usize);
         let (mut at, mut first_mean) = (Some(node), 0.0);
         while let Some((here, (_, push))) = at.and_then(|n| Some((n, n.action?))) {
@@ -178,6 +198,7 @@ fn plans(tree: &Tree<Retrieval>) -> Vec<Try> {
     found
         .into_iter()
         .take(PLANS)
+        .inspect(|(id, ..)| seen.push(*id))
         .enumerate()
         .map(|(rank, (.., pushes))| Try { pushes, states: Vec::new(), rank, end: End::UnderWay })
         .collect()

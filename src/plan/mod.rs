@@ -1,6 +1,7 @@
 //! Planners: what they are asked, what they answer, and one file for each system's composition.
 
 mod confirm;
+mod decision;
 mod mcts;
 mod options;
 mod outcome;

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use super::confirm::{Confirmed, SEARCH_SHARE, Verdict, confirm};
+use super::confirm::Confirmed;
+use super::decision::{Decision, Found, From, cancelled};
 use super::options::PlannerOptions;
 use super::outcome::{Outcome, Plan, PlanStatistics, PlannedAction, RankedAction};
 use super::recipe::{Recipe, recipe};
@@ -12,9 +13,9 @@ use crate::error::Result;
 use crate::geom::normalize_angle;
 use crate::grasp::{GeometricScorer, GraspParams};
 use crate::physics::{self, Transition};
-use crate::run::{Budget, CancelToken, Pool, Progress, Stop, StopReason};
+use crate::run::{Budget, CancelToken, Pool, Progress};
 use crate::scene::{Problem, Scene, State};
-use crate::search::{EndReason, Run, SearchReport, Tree};
+use crate::search::{EndReason, Tree};
 
 /// How a running decision is watched and ended from outside. Cheap to clone.
 #[derive(Debug, Clone, Default)]
@@ -149,35 +150,29 @@ impl Planner {
             return Ok(plan);
         }
 
-        let search_stop = stop.sooner(if self.confirming.is_some() { SEARCH_SHARE } else { 1.0 });
-        let run = Run { pool: &self.pool, stop: &search_stop, budget, progress: control.progress.as_deref() };
-        let searched = if keep && fits && self.tree.root_state().is_some() {
-            self.tree.resume(domain, &self.recipe.search, &run)
-        } else {
-            self.tree.search(domain, &problem.state, &self.recipe.search, self.options.seed, &run)
+        let decision = Decision {
+            domain,
+            confirming: self.confirming.as_ref(),
+            params: &self.recipe.search,
+            budget,
+            pool: &self.pool,
+            stop: &stop,
+            progress: control.progress.as_deref(),
         };
-        let report = searched.inspect_err(|_| self.expected = None)?;
+        let resume = keep && fits && self.tree.root_state().is_some();
+        let from = if resume { From::Tree } else { From::Root(&problem.state, self.options.seed) };
+        let found = decision.make(&mut self.tree, from, &problem.state).inspect_err(|_| self.expected = None)?;
         if self.expected.is_none() || !keep {
             self.expected = Some(problem.state.clone());
         }
-        // The request may have come while the search found its end, and the progress callback asks the search alone.
-        let asked = matches!(report.reason, EndReason::Cancelled | EndReason::Interrupted) || cancelled(&search_stop);
-        let verdict = match (&self.confirming, &self.domain) {
-            (Some(engine), Some(domain)) if !asked => {
-                let from = stop.elapsed();
-                let verdict = confirm(domain, engine, &self.tree, &problem.state, &self.pool, &stop)?;
-                plan.statistics.confirm_seconds = (stop.elapsed() - from).as_secs_f64();
-                verdict
-            }
-            _ => Verdict::default(),
-        };
         plan.statistics.seconds = stop.elapsed().as_secs_f64();
-        self.fill(&mut plan, &report, verdict, asked || cancelled(&stop));
+        self.fill(&mut plan, found);
         Ok(plan)
     }
 
     /// Reads the plan out of the tree, or takes the one that was confirmed.
-    fn fill(&self, plan: &mut Plan, report: &SearchReport, verdict: Verdict, cancelled: bool) {
+    fn fill(&self, plan: &mut Plan, found: Found) {
+        let Found { report, verdict, cancelled } = found;
         plan.statistics = PlanStatistics {
             iterations: report.iterations,
             nodes: report.nodes,
@@ -188,6 +183,7 @@ impl Planner {
             plans_tried: verdict.tried,
             plans_confirmed: verdict.confirmed,
             confirm_simulations: verdict.simulations,
+            confirm_seconds: verdict.seconds,
             ..plan.statistics
         };
         if cancelled {
@@ -262,11 +258,6 @@ impl Planner {
         ranked.truncate(CONSIDERED);
         ranked
     }
-}
-
-/// The end was asked for from outside. A deadline is no such request.
-fn cancelled(stop: &Stop) -> bool {
-    stop.requested() && stop.reason() != Some(StopReason::Deadline)
 }
 
 fn grasped(state: &State, grasp: Grasp, value: f64) -> PlannedAction {

@@ -85,6 +85,10 @@ pub fn target_dir() -> PathBuf {
     test.parent().and_then(Path::parent).expect("the test lies in target/<profile>/deps").to_path_buf()
 }
 
+/// The features of this build.
+const FEATURES: [&str; 2] =
+    [if cfg!(feature = "cli") { "cli" } else { "" }, if cfg!(feature = "bullet") { "bullet" } else { "" }];
+
 /// Makes sure that the shared and the static library of this profile exist and are up to date. `cargo test` builds
 /// them along with the tests, but puts them where programs look for them only on `cargo build`.
 pub fn libraries() -> PathBuf {
@@ -102,7 +106,7 @@ pub fn libraries() -> PathBuf {
             .args(["build", "--lib", "--offline", "--quiet", "--profile", profile, "--target-dir"])
             .arg(target)
             // The same features as the tests: another set would build the library anew.
-            .args(if cfg!(feature = "cli") { &["--features", "cli"][..] } else { &[] })
+            .args(["--features", &FEATURES.join(",")])
             .output()
             .expect("cargo runs");
         assert!(output.status.success(), "cargo build --lib: {}", String::from_utf8_lossy(&output.stderr));
@@ -122,6 +126,13 @@ pub fn scratch(name: &str) -> PathBuf {
     std::fs::create_dir_all(&dir).expect("the folder can be made");
     dir
 }
+
+/// What the static library needs of Bullet, where it has that engine.
+pub const BULLET: &[&str] = if cfg!(feature = "bullet") {
+    &["-lBulletDynamics-float64", "-lBulletCollision-float64", "-lLinearMath-float64", "-lstdc++"]
+} else {
+    &[]
+};
 
 /// What a static library of Rust needs of the system.
 pub const SYSTEM: [&str; 7] = ["-lgcc_s", "-lutil", "-lrt", "-lpthread", "-lm", "-ldl", "-lc"];
@@ -159,7 +170,7 @@ pub fn build(sources: &[&str], name: &str, link: Link, flags: &[&str]) -> PathBu
             command.arg(format!("-Wl,-rpath,{}", libraries.display()));
         }
         Link::Static => {
-            command.arg(libraries.join("libjostle.a")).args(SYSTEM);
+            command.arg(libraries.join("libjostle.a")).args(BULLET).args(SYSTEM);
         }
     }
     let output = command.output().expect("the compiler runs");

@@ -459,12 +459,18 @@ pub struct BenchPushArgs {
     /// Recorded pushes to repeat [default: pushes sampled in generated scenes]
     #[arg(value_name = "FILE")]
     pub file: Option<PathBuf>,
-    /// Engine to measure
-    #[arg(long, default_value = "rapier", value_name = "ENGINE")]
+    /// Engines to measure side by side, with commas between
+    #[arg(long, default_value = "rapier", value_name = "ENGINES")]
     pub physics: String,
     /// Measure this preset only
     #[arg(long, value_name = "NAME")]
     pub preset: Option<String>,
+    /// Pushes in a call of the engine [default: what the engine is best at]
+    #[arg(long, value_name = "N")]
+    pub batch: Option<usize>,
+    /// Dense packs of this many bodies, for speed only [default: generated scenes of 5 to 12]
+    #[arg(long, value_name = "N", conflicts_with = "file")]
+    pub bodies: Option<usize>,
     /// Time to measure for, in seconds; every variant runs at least three times
     #[arg(long, default_value_t = 20.0, value_name = "SECONDS", allow_negative_numbers = true)]
     pub seconds: f64,

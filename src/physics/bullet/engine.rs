@@ -2,14 +2,17 @@
 
 use std::sync::Arc;
 
-use super::ffi;
+use super::grasp::{GraspMotion, GraspTrial};
+use super::native;
 use super::settings::BulletSettings;
 use super::world::PushWorld;
-use crate::action::Push;
+use crate::action::{Grasp, Push};
 use crate::error::Result;
 use crate::geom::{Vec2, vec2};
 use crate::physics::rapier::free_travel;
-use crate::physics::transition::{PushJob, PushResult, PushStatus, Scratch, Transition};
+use crate::physics::transition::{
+    GraspResult, GraspStatus, PushJob, PushResult, PushStatus, Scratch, Stance, Transition,
+};
 use crate::run::Stop;
 use crate::scene::{Mask, Scene, State};
 
@@ -38,7 +41,7 @@ impl Bullet {
 
     pub(in crate::physics) fn with_name(name: String, scene: Arc<Scene>, settings: BulletSettings) -> Result<Bullet> {
         settings.validate()?;
-        ffi::check_library()?;
+        native::check_library()?;
         let inertias = scene
             .bodies()
             .iter()
@@ -63,11 +66,18 @@ impl Bullet {
     pub fn push_in_detail(&self, job: &PushJob<'_>, stop: &Stop) -> (PushResult, Vec<BodyDetail>) {
         let mut result = PushResult::default();
         let mut details = vec![BodyDetail::default(); self.scene.len()];
-        self.push(job, &mut result, &mut details, stop);
+        self.push(job, &[], &mut result, &mut details, stop);
         (result, details)
     }
 
-    fn push(&self, job: &PushJob<'_>, result: &mut PushResult, details: &mut [BodyDetail], stop: &Stop) {
+    fn push(
+        &self,
+        job: &PushJob<'_>,
+        stances: &[Stance],
+        result: &mut PushResult,
+        details: &mut [BodyDetail],
+        stop: &Stop,
+    ) {
         result.state.clone_from(job.state);
         result.touched = Mask::EMPTY;
         result.left = Mask::EMPTY;
@@ -87,7 +97,7 @@ impl Bullet {
             return;
         };
         let from = (travel - self.settings.approach).max(0.0);
-        match self.simulate(job, from, result, details, stop) {
+        match self.simulate(job, stances, from, result, details, stop) {
             Ok(true) => result.status = PushStatus::Executed,
             Ok(false) => result.status = PushStatus::Interrupted,
             // Out of memory, or a world that burst: the push is not to be used.
@@ -112,12 +122,13 @@ impl Bullet {
     fn simulate(
         &self,
         job: &PushJob<'_>,
+        stances: &[Stance],
         from: f64,
         result: &mut PushResult,
         details: &mut [BodyDetail],
         stop: &Stop,
     ) -> Result<bool> {
-        let mut world = PushWorld::new(self, job.state, &job.push, from)?;
+        let mut world = PushWorld::new(self, job.state, stances, &job.push, from)?;
         if !world.run(stop)? {
             return Ok(false);
         }
@@ -159,8 +170,37 @@ impl Transition for Bullet {
             if stop.requested() {
                 result.status = PushStatus::Interrupted;
             } else {
-                self.push(job, result, details, stop);
+                self.push(job, &[], result, details, stop);
             }
         }
+    }
+
+    fn grasp(&self, _: &mut Scratch, state: &State, grasp: &Grasp, stop: &Stop) -> Option<GraspResult> {
+        let trial: GraspTrial = match Bullet::grasp(self, state, grasp, &GraspMotion::default(), stop) {
+            Ok(trial) => trial,
+            // Not a grasp, or no memory to try it in: nothing was lifted.
+            Err(_) => {
+                let status = GraspStatus::Blocked { body: None };
+                return Some(GraspResult { status, state: state.clone(), ..GraspResult::default() });
+            }
+        };
+        let status = match (trial.interrupted, trial.blocked_by) {
+            (true, _) => GraspStatus::Interrupted,
+            (false, Some(body)) => GraspStatus::Blocked { body: Some(body) },
+            (false, None) => GraspStatus::Executed,
+        };
+        let mut state = trial.after;
+        if trial.success {
+            state.set_present(grasp.body, false);
+        }
+        let GraspTrial { held, lifted, gap, toppled, .. } = trial;
+        Some(GraspResult { status, held, lifted, gap, state, toppled })
+    }
+
+    fn step_standing(&self, _: &mut Scratch, job: &PushJob<'_>, stances: &[Stance], stop: &Stop) -> PushResult {
+        let mut result = PushResult::default();
+        let mut details = vec![BodyDetail::default(); self.scene.len()];
+        self.push(job, stances, &mut result, &mut details, stop);
+        result
     }
 }

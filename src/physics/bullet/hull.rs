@@ -1,6 +1,6 @@
 //! Prisms as Bullet takes them: corners of convex hulls, rounded to single precision.
 
-use super::ffi::Pieces;
+use super::native::Pieces;
 use crate::geom::{Footprint, Piece, Vec2, vec2};
 
 /// Corners that stand for a disc, on its circle: the originals' mesh.
@@ -66,7 +66,7 @@ fn drawn_in(corners: &[Vec2], inset: f64) -> Vec<Vec2> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::ffi;
+    use super::super::native;
     use super::*;
     use crate::geom::{Shape, area};
 
@@ -77,7 +77,7 @@ mod tests {
         let square = Footprint::new(Shape::rectangle(0.045, 0.045)).unwrap();
         let pieces = prism(&square, vec2(0.0, 0.0), 0.045, 0.0);
         assert!(pieces.points.iter().all(|v| f64::from(*v as f32) == *v));
-        let hull = ffi::hull(&pieces.points, 0.001).unwrap();
+        let hull = native::hull(&pieces.points, 0.001).unwrap();
         assert_eq!(hull.len(), 8);
         for v in hull.iter().flatten() {
             assert!((v.abs() - 0.022495596).abs() < 1e-9 || (v.abs() - 0.0225).abs() < 1e-9, "{hull:?}");

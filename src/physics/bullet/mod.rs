@@ -5,18 +5,23 @@
 
 mod settings;
 
+mod grasp;
+
 #[cfg(feature = "bullet")]
 mod engine;
 #[cfg(feature = "bullet")]
-#[allow(unsafe_code)]
-mod ffi;
-#[cfg(feature = "bullet")]
 mod hull;
+#[cfg(feature = "bullet")]
+#[allow(unsafe_code)]
+mod native;
+#[cfg(feature = "bullet")]
+mod trial;
 #[cfg(feature = "bullet")]
 mod world;
 
 #[cfg(feature = "bullet")]
 pub use engine::{BodyDetail, Bullet};
+pub use grasp::{GraspMotion, GraspTrial};
 pub use settings::{BulletSettings, Ground, Solver};
 
 /// Whether this build has the engine; if not, what brings it.

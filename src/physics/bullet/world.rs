@@ -1,17 +1,20 @@
 //! The world of one push: built, stepped, read out, thrown away.
 
 use super::engine::{BodyDetail, Bullet};
-use super::ffi::{BodyDef, BoxDef, Motion, World, WorldSettings, ground, solver};
 use super::hull;
+use super::native::{BodyDef, BoxDef, Motion, World, WorldSettings, ground, solver};
 use super::settings::{BulletSettings, Ground, Solver};
 use crate::action::Push;
 use crate::error::Result;
 use crate::geom::{Pose2, Vec2, normalize_angle, pieces_gap_below, vec2};
+use crate::physics::transition::Stance;
 use crate::run::Stop;
 use crate::scene::{Mask, Scene, State};
 
 /// Neighbours may be nearer than two margins by this before their cores shrink, metres: rounding of poses.
 const NEAR: f64 = 5e-5;
+/// So heavy that bodies do not hold it back within a step, kilograms.
+const TIP_MASS: f64 = 1000.0;
 /// The number of the tip among the boxes.
 const TIP: u32 = 0;
 
@@ -30,12 +33,13 @@ pub(super) struct PushWorld<'a> {
 
 impl<'a> PushWorld<'a> {
     /// The world at the moment the tip has travelled `travel` metres.
-    pub fn new(engine: &'a Bullet, state: &State, push: &Push, travel: f64) -> Result<Self> {
+    pub fn new(engine: &'a Bullet, state: &State, stances: &[Stance], push: &Push, travel: f64) -> Result<Self> {
         let settings = &engine.settings;
-        let (mut world, bodies) = with_bodies(engine, state)?;
+        let (mut world, bodies) = with_bodies(engine, state, stances)?;
         let tip = &engine.scene.gripper().push;
         world.add_box(&BoxDef {
             half: [tip.thickness / 2.0, tip.width / 2.0, (settings.tip_top - settings.tip_bottom) / 2.0],
+            mass: TIP_MASS,
             friction: engine.scene.friction().tip,
             kinematic: i32::from(settings.kinematic_tip),
         })?;
@@ -89,29 +93,41 @@ impl<'a> PushWorld<'a> {
     /// Writes the bodies' poses into the state they came from, and how they stand. Gives the bodies that toppled. A body
     /// that came to rest where it was keeps its bits.
     pub fn read(&self, state: &mut State, details: &mut [BodyDetail]) -> Result<Mask> {
-        let settings = &self.engine.settings;
-        let mut toppled = Mask::EMPTY;
-        for (k, &i) in self.bodies.iter().enumerate() {
-            let motion = self.world.body(k)?;
-            let detail = detail(&self.engine.scene, settings, i, &motion);
-            details[i] = detail;
-            if detail.tilt > settings.topple_tilt || detail.rise.abs() > settings.climb {
-                toppled.insert(i);
-            }
-            let pose = planar(&motion, self.engine.scene.body(i).centre_of_mass);
-            let before = state.pose(i);
-            let moved = (pose.position() - before.position()).norm() > settings.rest_distance
-                || normalize_angle(pose.theta - before.theta).abs() > settings.rest_angle;
-            if moved {
-                state.set_pose(i, pose);
-            }
-        }
-        Ok(toppled)
+        read(&self.engine.scene, &self.engine.settings, &self.world, &self.bodies, None, state, details)
     }
 }
 
+/// As [`PushWorld::read`], leaving out one body.
+pub(super) fn read(
+    scene: &Scene,
+    settings: &BulletSettings,
+    world: &World,
+    bodies: &[usize],
+    except: Option<usize>,
+    state: &mut State,
+    details: &mut [BodyDetail],
+) -> Result<Mask> {
+    let mut toppled = Mask::EMPTY;
+    for (k, &i) in bodies.iter().enumerate().filter(|(_, i)| except != Some(**i)) {
+        let motion = world.body(k)?;
+        let detail = detail(scene, settings, i, &motion);
+        details[i] = detail;
+        if detail.tilt > settings.topple_tilt || detail.rise.abs() > settings.climb {
+            toppled.insert(i);
+        }
+        let pose = planar(&motion, scene.body(i).centre_of_mass);
+        let before = state.pose(i);
+        let moved = (pose.position() - before.position()).norm() > settings.rest_distance
+            || normalize_angle(pose.theta - before.theta).abs() > settings.rest_angle;
+        if moved {
+            state.set_pose(i, pose);
+        }
+    }
+    Ok(toppled)
+}
+
 /// A world with the ground and the present bodies, in the order of [`State::iter`], and their indices.
-pub(super) fn with_bodies(engine: &Bullet, state: &State) -> Result<(World, Vec<usize>)> {
+pub(super) fn with_bodies(engine: &Bullet, state: &State, stances: &[Stance]) -> Result<(World, Vec<usize>)> {
     let (scene, settings) = (&engine.scene, &engine.settings);
     let mut world = World::new(&world_settings(scene, settings))?;
     let borders = borders_in(scene, state, settings.margin);
@@ -120,14 +136,15 @@ pub(super) fn with_bodies(engine: &Bullet, state: &State) -> Result<(World, Vec<
         let body = scene.body(i);
         let pieces = hull::prism(&body.footprint, body.centre_of_mass, body.height, settings.margin - border);
         let at = pose.transform_point(body.centre_of_mass);
+        let stance = stances.get(i).copied().unwrap_or_default();
         world.add_body(&BodyDef {
             mass: body.mass,
             inertia: engine.inertias[i],
             friction: body.friction,
             rolling_friction: settings.rolling_friction,
             spinning_friction: settings.spinning_friction,
-            position: [at.x, at.y, resting_height(scene, settings, i)],
-            rotation: about_vertical(pose.theta),
+            position: [at.x, at.y, resting_height(scene, settings, i) + stance.rise],
+            rotation: leaning(stance.lean, pose.theta),
             pieces: &pieces,
         })?;
         bodies.push(i);
@@ -186,6 +203,18 @@ pub(super) fn planar(motion: &Motion, centre_of_mass: Vec2) -> Pose2 {
 /// The quaternion of a turn about the vertical.
 pub(super) fn about_vertical(angle: f64) -> [f64; 4] {
     [0.0, 0.0, (angle / 2.0).sin(), (angle / 2.0).cos()]
+}
+
+/// The quaternion of a turn about the vertical, followed by a lean (see [`Stance`]).
+fn leaning(lean: [f64; 2], angle: f64) -> [f64; 4] {
+    let [_, _, sin, cos] = about_vertical(angle);
+    let lean_angle = lean[0].hypot(lean[1]);
+    if lean_angle == 0.0 {
+        return [0.0, 0.0, sin, cos];
+    }
+    let (s, w) = ((lean_angle / 2.0).sin() / lean_angle, (lean_angle / 2.0).cos());
+    let (x, y) = (lean[0] * s, lean[1] * s);
+    [x * cos + y * sin, y * cos - x * sin, w * sin, w * cos]
 }
 
 fn world_settings(scene: &Scene, settings: &BulletSettings) -> WorldSettings {

@@ -63,6 +63,14 @@ fn check(code: status::Type) -> Result<()> {
     }
 }
 
+fn finite(motion: Motion) -> Result<Motion> {
+    let mut numbers = motion.position.iter().chain(&motion.rotation).chain(&motion.linear).chain(&motion.angular);
+    if !numbers.all(|v| v.is_finite()) {
+        return Err(Error::Internal("Bullet gave a pose that is not finite".into()));
+    }
+    Ok(motion)
+}
+
 /// A world of Bullet's, with everything in it.
 pub(super) struct World {
     handle: NonNull<sys::jostle_bt_world>,
@@ -135,11 +143,15 @@ impl World {
         let mut motion = Motion::default();
         // SAFETY: the world is alive, the index is checked on the other side, and the output is valid for the call.
         check(unsafe { sys::jostle_bt_body(self.handle.as_ptr(), index as u32, &mut motion) })?;
-        let numbers = motion.position.iter().chain(&motion.rotation).chain(&motion.linear).chain(&motion.angular);
-        if !numbers.into_iter().all(|v| v.is_finite()) {
-            return Err(Error::Internal("Bullet gave a pose that is not finite".into()));
-        }
-        Ok(motion)
+        finite(motion)
+    }
+
+    /// The same of a box.
+    pub fn box_motion(&self, index: u32) -> Result<Motion> {
+        let mut motion = Motion::default();
+        // SAFETY: as for `body`.
+        check(unsafe { sys::jostle_bt_box(self.handle.as_ptr(), index, &mut motion) })?;
+        finite(motion)
     }
 
     /// Sets `touching[i]` for every body that a box touches (no farther apart than `within`, margins included) and adds

@@ -1,0 +1,194 @@
+//! A quasi-static engine of our own that runs eight pushes side by side.
+
+mod lane;
+mod model;
+mod settings;
+mod sweep;
+mod trig;
+
+use std::sync::Arc;
+
+pub use settings::PlanarSettings;
+
+use self::lane::{Lane, Shared};
+use self::model::Model;
+use self::sweep::{Constants, Cursor, Impulse, PUSHES, Record, SLOTS, sweep};
+use super::lanes::simd::WithSimd;
+use super::lanes::{self, InstructionSet, LANES, LaneWork, Simd8};
+use super::transition::{PushJob, PushResult, PushStatus, Scratch, Transition};
+use crate::error::Result;
+use crate::run::Stop;
+use crate::scene::Scene;
+
+/// Jobs of a call at which the lanes are busy almost all of the time.
+const BATCH: usize = 64;
+
+/// The engine prepared for one scene.
+pub struct Planar {
+    name: String,
+    scene: Arc<Scene>,
+    settings: PlanarSettings,
+    instruction_set: InstructionSet,
+    model: Model,
+}
+
+/// Working memory of a thread. It serves every engine of this kind, one after the other.
+struct Workspace {
+    lanes: Vec<Lane>,
+    impulses: Vec<Impulse>,
+    idle: [[Record; 1]; PUSHES],
+}
+
+impl Workspace {
+    fn new() -> Workspace {
+        Workspace {
+            lanes: (0..PUSHES).map(Lane::new).collect(),
+            impulses: vec![[0.0; 4]; SLOTS],
+            idle: [[Record::idle()]; PUSHES],
+        }
+    }
+}
+
+impl Planar {
+    /// Prepares the scene.
+    pub fn new(scene: Arc<Scene>, settings: PlanarSettings) -> Result<Planar> {
+        Self::with_name("planar".into(), scene, settings)
+    }
+
+    pub(super) fn with_name(name: String, scene: Arc<Scene>, settings: PlanarSettings) -> Result<Planar> {
+        settings.validate()?;
+        let model = Model::new(&scene, &settings);
+        let instruction_set = settings.instruction_set.unwrap_or_else(InstructionSet::best);
+        Ok(Planar { name, scene, settings, instruction_set, model })
+    }
+
+    pub fn settings(&self) -> &PlanarSettings {
+        &self.settings
+    }
+}
+
+impl Transition for Planar {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    fn scratch(&self) -> Scratch {
+        Box::new(Workspace::new())
+    }
+
+    fn batch_size(&self) -> usize {
+        BATCH
+    }
+
+    fn step_batch(&self, scratch: &mut Scratch, jobs: &[PushJob<'_>], results: &mut [PushResult], stop: &Stop) {
+        let count = jobs.len().min(results.len());
+        let mut own;
+        let workspace = match scratch.downcast_mut::<Workspace>() {
+            Some(workspace) => workspace,
+            // Another engine's scratch: slower, not wrong.
+            None => {
+                own = Workspace::new();
+                &mut own
+            }
+        };
+        let call = Call { engine: self, workspace, jobs: &jobs[..count], results: &mut results[..count], stop };
+        self.instruction_set.with(call);
+    }
+}
+
+/// A call of [`Transition::step_batch`], for any instruction set.
+struct Call<'a> {
+    engine: &'a Planar,
+    workspace: &'a mut Workspace,
+    jobs: &'a [PushJob<'a>],
+    results: &'a mut [PushResult],
+    stop: &'a Stop,
+}
+
+impl WithSimd for Call<'_> {
+    type Output = ();
+
+    fn run<S: Simd8>(self, simd: S) {
+        let Workspace { lanes, impulses, idle } = self.workspace;
+        // Both are made with these lengths.
+        let (Some(lanes), Some(impulses)) = (lanes.first_chunk_mut::<PUSHES>(), impulses.first_chunk_mut::<SLOTS>())
+        else {
+            return;
+        };
+        let engine = self.engine;
+        let mut work = Work {
+            simd,
+            shared: Shared { scene: &engine.scene, model: &engine.model, settings: &engine.settings },
+            constants: Constants { least_slope: engine.settings.least_slope as f32 },
+            lanes,
+            impulses,
+            idle,
+            cursors: [Cursor::default(); PUSHES],
+            changes: [[0.0; LANES]; 2],
+            held: [0; PUSHES],
+            jobs: self.jobs,
+            results: self.results,
+        };
+        lanes::run(&mut work, self.jobs.len(), self.stop);
+    }
+}
+
+struct Work<'a, S> {
+    simd: S,
+    shared: Shared<'a>,
+    constants: Constants,
+    lanes: &'a mut [Lane; PUSHES],
+    impulses: &'a mut [Impulse; SLOTS],
+    idle: &'a mut [[Record; 1]; PUSHES],
+    cursors: [Cursor; PUSHES],
+    changes: [[f32; LANES]; 2],
+    held: [usize; PUSHES],
+    jobs: &'a [PushJob<'a>],
+    results: &'a mut [PushResult],
+}
+
+impl<S: Simd8> LaneWork for Work<'_, S> {
+    const LANES: usize = PUSHES;
+
+    fn begin(&mut self, lane: usize, job: usize) -> bool {
+        self.held[lane] = job;
+        let (s, shared, jobs) = (self.simd, &self.shared, self.jobs);
+        let (this, cursor) = (&mut self.lanes[lane], &mut self.cursors[lane]);
+        this.begin(s, shared, &jobs[job], &mut self.results[job], self.impulses, cursor)
+    }
+
+    fn sweep(&mut self) -> u32 {
+        let (s, constants) = (self.simd, self.constants);
+        let (cursors, changes) = (&mut self.cursors, &mut self.changes);
+        let impulses = &mut *self.impulses;
+        let mut idle = self.idle.iter_mut();
+        let mut lanes = self.lanes.iter_mut();
+        let mut lists: [&mut [Record]; PUSHES] = std::array::from_fn(|l| {
+            let idle = idle.next().map_or(Default::default(), |i| i.as_mut_slice());
+            let busy = lanes.next().map_or(Default::default(), |lane| lane.contacts.as_mut_slice());
+            if cursors[l].len > 0 { busy } else { idle }
+        });
+        s.vectorize(
+            #[inline(always)]
+            || sweep(s, constants, &mut lists, cursors, changes, impulses),
+        )
+    }
+
+    fn advance(&mut self, lane: usize) -> bool {
+        let (s, shared, jobs, job) = (self.simd, &self.shared, self.jobs, self.held[lane]);
+        let (this, cursor) = (&mut self.lanes[lane], &mut self.cursors[lane]);
+        this.advance(s, shared, &jobs[job], &mut self.results[job], self.impulses, cursor)
+    }
+
+    fn idle(&mut self, lane: usize) {
+        self.cursors[lane] = Cursor::default();
+    }
+
+    fn interrupt(&mut self, job: usize) {
+        self.results[job].status = PushStatus::Interrupted;
+    }
+}

@@ -1,0 +1,87 @@
+//! What of a scene does not change from push to push.
+
+use std::ops::Range;
+
+use super::settings::PlanarSettings;
+use crate::geom::{Vec2, vec2};
+use crate::physics::narrow::Outline;
+use crate::scene::Scene;
+
+/// A body. Its fictitious mass is its greatest friction force over the scene's typical one: the mass metric is then
+/// the metric of the limit surface, in the coordinates (x, y, `torque_radius` times angle).
+#[derive(Debug, Clone, PartialEq)]
+pub struct BodyModel {
+    /// Body frame, metres.
+    pub centre_of_mass: [f32; 2],
+    /// Greatest distance of the body from its origin, metres.
+    pub radius: f32,
+    /// Greatest friction torque over greatest friction force, metres.
+    pub torque_radius: f32,
+    /// One over the square root of the fictitious mass.
+    pub inverse_root: f32,
+    /// Impulse at which the body yields, in scaled coordinates, over that of a typical body.
+    pub threshold: f32,
+    pub friction: f32,
+    /// Its pieces in [`Model::outlines`].
+    pub pieces: Range<usize>,
+}
+
+/// The scene as the engine wants it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Model {
+    pub bodies: Vec<BodyModel>,
+    pub outlines: Vec<Outline>,
+    /// Where each outline's octets are kept.
+    pub octets: Vec<Range<usize>>,
+    /// Octets of all outlines.
+    pub octet_count: usize,
+    /// Frame: origin at its centre, x along the push.
+    pub tip: Outline,
+    pub tip_friction: f32,
+}
+
+/// Least fictitious mass. A body without friction would be of no mass at all.
+const LEAST_MASS: f64 = 1e-3;
+
+impl Model {
+    pub fn new(scene: &Scene, settings: &PlanarSettings) -> Model {
+        let ground = scene.friction().ground;
+        let force = |i: usize| ground * scene.body(i).friction * scene.body(i).mass;
+        let mean = (0..scene.len()).map(force).sum::<f64>() / scene.len().max(1) as f64;
+        let (mut outlines, mut octets, mut octet_count) = (Vec::new(), Vec::new(), 0);
+        let bodies = scene.bodies().iter().enumerate().map(|(i, body)| {
+            let first = outlines.len();
+            for piece in &body.footprint.pieces {
+                let outline = Outline::new(piece);
+                octets.push(octet_count..octet_count + outline.octets.len());
+                octet_count += outline.octets.len();
+                outlines.push(outline);
+            }
+            let relative = if mean > 0.0 { force(i) / mean } else { 0.0 };
+            let mass = relative.max(LEAST_MASS);
+            let radius = settings.torque_ratio * body.footprint.mean_distance(body.centre_of_mass);
+            BodyModel {
+                centre_of_mass: [body.centre_of_mass.x as f32, body.centre_of_mass.y as f32],
+                radius: (body.footprint.radius * (1.0 + 1e-6)) as f32,
+                torque_radius: radius as f32,
+                inverse_root: (1.0 / mass.sqrt()) as f32,
+                threshold: (relative / mass.sqrt()) as f32,
+                friction: body.friction as f32,
+                pieces: first..outlines.len(),
+            }
+        });
+        let bodies = bodies.collect();
+        let tip = &scene.gripper().push;
+        let half: Vec2 = vec2(tip.thickness / 2.0, tip.width / 2.0);
+        let corner = |x: f64, y: f64| vec2(x * half.x, y * half.y);
+        let tip = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+        Model {
+            bodies,
+            outlines,
+            octets,
+            octet_count,
+            tip: Outline::polygon(&tip),
+            tip_friction: scene.friction().tip as f32,
+        }
+    }
+}
