@@ -162,8 +162,8 @@ impl PathPlanner {
         self.world(body, &mut scratch.obstacles).advance(&Motion::new(a, b))
     }
 
-    /// Keeps the items whose poses a body may be able to reach from where it stands; what is dropped it certainly cannot.
-    /// One map of what can be reached serves all. The poses are taken to keep the clearance.
+    /// Keeps the items whose poses a body can be brought to from where it stands, as the grid shows it: a guess that is
+    /// seldom wrong. One map serves all items. The poses are taken to keep the clearance.
     pub fn retain_reachable<T>(
         &self,
         state: &State,

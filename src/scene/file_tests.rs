@@ -238,7 +238,7 @@ fn a_file_is_either_a_retrieval_or_a_rearrangement() {
         ),
         (
             Rearrangement::from_json(&with_goal("", "{\"pose\": {\"x\": 0.27, \"y\": 0}}")).err(),
-            "bodies[0].goal: `cube 0` reaches 28.5 mm out of the workspace; move it inside (line 2, column 54)",
+            "bodies[0].goal: `cube 0` reaches 28.5 mm out of the workspace; move it inside (line 2, column 57)",
         ),
         (
             Rearrangement::from_json(&with_goal("", "{\"pose\": {\"x\": 0.4, \"y\": 0}, \"symmetry\": 99}")).err(),
