@@ -80,7 +80,7 @@ impl Default for GraspScore {
         Self {
             full_face: 0.0385,
             wedge_floor: 0.25,
-            turn_floor: 0.5,
+            turn_floor: 0.1,
             full_width_spare: 0.005,
             width_floor: 0.5,
             full_clearance: 0.004,
