@@ -9,9 +9,9 @@
 //! Trials run one after the other: a planner uses the threads it was given.
 
 pub mod arrange;
-pub mod certificate;
 #[cfg(feature = "bullet")]
 mod calibration;
+pub mod certificate;
 mod closed_loop;
 mod crosscheck;
 mod fidelity;
