@@ -55,7 +55,7 @@ impl Decider {
                     Some(iterations) => planner.step(problem, iterations, &request.control),
                     None => planner.solve(problem, &request.control),
                 }?;
-                let (outcome, actions, statistics) = (plan.outcome, plan.actions.len(), plan.statistics.clone());
+                let (outcome, actions, statistics) = (plan.outcome, plan.actions.len(), plan.statistics);
                 (Plan::new(log, plan, bodies), outcome, actions, statistics)
             }
             (Decider::Rearrange { planner, first }, AnyProblem::Rearrangement(problem)) => {
@@ -65,7 +65,7 @@ impl Decider {
                     None => planner.solve(problem, &request.control),
                 }?;
                 *first = plan.moves.first().map(|step| step.action.clone());
-                let (outcome, actions, statistics) = (plan.outcome, plan.moves.len(), plan.statistics.clone());
+                let (outcome, actions, statistics) = (plan.outcome, plan.moves.len(), plan.statistics);
                 (Plan::of_moves(log, plan, bodies), outcome, actions, statistics)
             }
             _ => return Err(Error::Internal("the problem is not of the planner's kind".into())),

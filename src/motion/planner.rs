@@ -188,6 +188,7 @@ impl PathPlanner {
 
     /// A path of a body from a pose to another among the others as they stand in `state` (where it stands itself does
     /// not matter). The straight motion if that is free; else the shorter of what RRT-Connect finds.
+    #[allow(clippy::too_many_arguments)]
     pub fn path(
         &self,
         state: &State,

@@ -409,14 +409,14 @@ fn bits(word: usize, first: usize, last: usize) -> u64 {
 }
 
 fn set(row: &mut [u64], first: usize, last: usize) {
-    for word in first / 64..=last / 64 {
-        row[word] |= bits(word, first, last);
+    for (word, cells) in row.iter_mut().enumerate().take(last / 64 + 1).skip(first / 64) {
+        *cells |= bits(word, first, last);
     }
 }
 
 fn clear(row: &mut [u64], first: usize, last: usize) {
-    for word in first / 64..=last / 64 {
-        row[word] &= !bits(word, first, last);
+    for (word, cells) in row.iter_mut().enumerate().take(last / 64 + 1).skip(first / 64) {
+        *cells &= !bits(word, first, last);
     }
 }
 
