@@ -42,9 +42,9 @@ impl ArrangeLevel {
 
     pub fn params(self) -> ArrangeParams {
         let (bodies, fill) = match self {
-            ArrangeLevel::Easy => (4..=6, [0.12, 0.20]),
-            ArrangeLevel::Normal => (5..=7, [0.21, 0.26]),
-            ArrangeLevel::Hard => (6..=8, [0.27, 0.33]),
+            ArrangeLevel::Easy => (4..=6, [0.08, 0.14]),
+            ArrangeLevel::Normal => (5..=7, [0.15, 0.21]),
+            ArrangeLevel::Hard => (6..=8, [0.22, 0.28]),
         };
         ArrangeParams { bodies, fill, ..ArrangeParams::default() }
     }
@@ -75,7 +75,7 @@ impl Default for ArrangeParams {
     fn default() -> Self {
         Self {
             bodies: 5..=7,
-            fill: [0.21, 0.26],
+            fill: [0.15, 0.21],
             table: [0.78, 0.52],
             side: [0.04, 0.25],
             drag_above: 0.12,

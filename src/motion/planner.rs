@@ -178,7 +178,7 @@ impl PathPlanner {
         let from = state.pose(body);
         if !obstacles.keep_as_at(shape, self.params.clearance, [&from, &from]) {
             items.clear();
-        } else if reach.make(Cells::FreeMiddle, shape, obstacles, workspace, &self.params, &from) {
+        } else if reach.make(Cells::NotBlocked, shape, obstacles, workspace, &self.params, &from) {
             items.retain(|item| {
                 let to = pose(item);
                 reach.holds(to.transform_point(shape.middle), to.theta)
@@ -262,15 +262,18 @@ impl PathPlanner {
             if known && !reach.holds(to.transform_point(shape.middle), to.theta) {
                 return PathOutcome::Enclosed;
             }
-            if iterations > quick
+            let mut rest = iterations - quick;
+            let shown = rest > 0
                 && guide.make(Cells::FreeMiddle, shape, world.obstacles, workspace, &self.params, from)
-                && guide.trace(shape, from, to, &mut connect.way)
-                && connect.follow_way(&mut world, *from, *to)
-            {
+                && guide.trace(shape, from, to, &mut connect.way);
+            if !shown {
+                // Hardly any path is left that the grid does not show.
+                rest /= 4;
+            } else if connect.follow_way(&mut world, *from, *to) {
                 connect.shorten(&mut world, &mut random);
                 return self.found(&connect.path);
             }
-            ended = connect.search(&mut world, iterations - quick, known.then_some(reach), stop, &mut random);
+            ended = connect.search(&mut world, rest, known.then_some(reach), stop, &mut random);
         }
         match ended {
             Ended::UsedUp => PathOutcome::NotFound,

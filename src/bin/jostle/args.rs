@@ -352,7 +352,7 @@ pub struct BenchPathArgs {
     /// Number of queries to write
     #[arg(long, short = 'n', default_value_t = 200, value_name = "N")]
     pub count: usize,
-    /// Times that every query is answered; the median counts
+    /// Times that every query is answered; the least time counts
     #[arg(long, default_value_t = 5, value_name = "N")]
     pub rounds: usize,
     /// Seed of the queries
