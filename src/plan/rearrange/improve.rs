@@ -201,7 +201,7 @@ fn task(
     let (from, to) = (&states[first], &states[last]);
     if last == all && !back {
         // The end is not a certain state: goals have tolerances.
-        let mover = Arc::new(mover.with_table(mover.table.from_state(from)));
+        let mover = Arc::new(mover.with_table(mover.table.starting_at(from)));
         return Task::new(mover, Layout::new(from), limit, false, first..last, key);
     }
     let (from, to) = if back { (to, from) } else { (from, to) };
