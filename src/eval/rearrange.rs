@@ -24,7 +24,7 @@ pub struct RearrangeTrials {
     /// Trials of each case, each with a seed of its own.
     pub trials: u64,
     pub max_actions: usize,
-    /// Execute every plan to its end instead of planning anew after each action.
+    /// Execute every plan that solves the problem to its end instead of planning anew after each action.
     pub open_loop: bool,
 }
 
@@ -171,7 +171,9 @@ fn trial(problem: &Rearrangement, config: &RearrangeTrials, index: u64, control:
             trial.end = end;
             break;
         }
-        let most = if config.open_loop { config.max_actions - trial.moves.len() } else { 1 };
+        // A plan that leads nowhere is worth its first move at most.
+        let whole = config.open_loop && plan.outcome == Outcome::Solved;
+        let most = if whole { config.max_actions - trial.moves.len() } else { 1 };
         let mut state = now.start.clone();
         for step in plan.moves.into_iter().take(most) {
             planner.advance(&step.action)?;

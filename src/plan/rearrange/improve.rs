@@ -19,7 +19,7 @@ use crate::scene::{CONTACT_SLACK, Rearrangement, State};
 const PATIENCE_PROVEN: u32 = 8;
 const PATIENCE: u32 = 200;
 /// The latter for a plan that an earlier decision has made and improved.
-const PATIENCE_KNOWN: u32 = 20;
+const PATIENCE_KNOWN: u32 = 8;
 /// Chance that an attempt starts afresh although there is a plan.
 const AFRESH: f64 = 0.15;
 
@@ -201,7 +201,7 @@ fn task(
     let (from, to) = (&states[first], &states[last]);
     if last == all && !back {
         // The end is not a certain state: goals have tolerances.
-        let mover = Arc::new(mover.with_table(mover.table.from_state(from)));
+        let mover = Arc::new(mover.with_table(mover.table.starting_at(from)));
         return Task::new(mover, Layout::new(from), limit, false, first..last, key);
     }
     let (from, to) = if back { (to, from) } else { (from, to) };
@@ -263,13 +263,24 @@ fn better(mover: &Mover, start: &Layout, before: &Candidate, best: &mut Candidat
     wins
 }
 
-pub fn candidate(mover: &Mover, start: &Layout, moves: Vec<Move>) -> Candidate {
-    let mut state = start.state.clone();
-    for action in &moves {
-        state.set_pose(action.body(), action.to());
-    }
+/// The moves as a plan; those that do not bring every body home are cut where the most are.
+pub fn candidate(mover: &Mover, start: &Layout, mut moves: Vec<Move>) -> Candidate {
     let problem: &Rearrangement = &mover.table.problem;
-    let misplaced = mover.table.misplaced(&state).count();
+    let mut state = start.state.clone();
+    // The fewest misplaced bodies after a move, and after which; at least one move is kept.
+    let mut best = (usize::MAX, 0);
+    for (index, action) in moves.iter().enumerate() {
+        state.set_pose(action.body(), action.to());
+        let misplaced = mover.table.misplaced(&state).count();
+        if misplaced < best.0 {
+            best = (misplaced, index + 1);
+        }
+    }
+    let solved = problem.solved(&state);
+    let misplaced = if moves.is_empty() { mover.table.misplaced(&state).count() } else { best.0 };
+    if !solved {
+        moves.truncate(best.1);
+    }
     let seconds = moves.iter().map(|action| mover.costs.seconds(action)).sum();
-    Candidate { solved: problem.solved(&state), moves, seconds, misplaced }
+    Candidate { solved, moves, seconds, misplaced }
 }

@@ -148,7 +148,7 @@ impl RearrangePlanner {
             self.reset();
         }
         let mover = match &self.mover {
-            Some(mover) if same => mover.with_table(mover.table.from_state(&problem.start)),
+            Some(mover) if same => mover.with_table(mover.table.starting_at(&problem.start)),
             _ => Mover::new(problem, self.options.paths, self.options.costs)?,
         };
         let mover = Arc::new(mover);

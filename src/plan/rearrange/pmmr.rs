@@ -40,6 +40,8 @@ const FIRST: f64 = 0.5;
 const SLICE: u64 = 200;
 const PATIENCE: u32 = 10;
 const PATIENCE_KNOWN: u32 = 1;
+/// Iterations of that one look.
+const SLICE_KNOWN: u64 = 40;
 /// First moves that a plan lists.
 const CONSIDERED: usize = 16;
 
@@ -108,7 +110,8 @@ pub fn search(
         if found.settled || left == 0 || means.stop.requested() {
             break;
         }
-        let slice = if tuned { SLICE.min(left) } else { left };
+        let own = if patience == PATIENCE { SLICE } else { SLICE_KNOWN };
+        let slice = if tuned { own.min(left) } else { left };
         let iterations = (slice < u64::MAX).then_some(slice);
         let budget = Budget { iterations, seconds: None, bytes: means.budget.bytes };
         let run = Run { pool: means.pool, stop: means.stop, budget, progress: means.progress };

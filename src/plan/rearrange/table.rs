@@ -226,7 +226,7 @@ impl Table {
     }
 
     /// The same problem from another state.
-    pub fn from_state(&self, start: &State) -> Table {
+    pub fn starting_at(&self, start: &State) -> Table {
         Table { problem: self.problem.from_state(start.clone()), boxes: Arc::clone(&self.boxes), ..*self }
     }
 }

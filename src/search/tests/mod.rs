@@ -78,6 +78,7 @@ fn all_params() -> Vec<(&'static str, Params)> {
         ("mcts_text", Params { returns: Return::Last { earlier: 0.0 }, ..Params::mcts() }),
         ("guided", Params { early_stop: never, ..Params::guided() }),
         ("guided_compete", Params { early_stop: never, expansion: Expansion::Compete, ..Params::guided() }),
+        ("pmmr", Params::pmmr(3)),
         ("pmbs_serial", Params::pmbs(1)),
         ("pmbs_8", Params { early_stop: never, ..pmbs }),
         (
