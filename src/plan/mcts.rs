@@ -9,14 +9,15 @@
 use super::options::{PlannerOptions, Variant};
 use super::recipe::Recipe;
 use super::retrieval::Reward;
-use crate::physics::PhysicsOptions;
+use crate::error::Result;
+use crate::physics::{PhysicsOptions, Purpose};
 use crate::run::Budget;
 use crate::search::{EarlyStop, Params};
 
 /// Published iterations of a decision (MCTS-50).
 const ITERATIONS: u64 = 50;
 
-pub fn recipe(options: &PlannerOptions) -> Recipe {
+pub fn recipe(options: &PlannerOptions) -> Result<Recipe> {
     let text = Params::mcts();
     let search = match options.variant {
         Variant::Tuned => Params { prefer_solution: true, ..text },
@@ -25,12 +26,12 @@ pub fn recipe(options: &PlannerOptions) -> Recipe {
             Params { max_depth: 3, early_stop: EarlyStop::LevelComplete { first: 1, last: Some(2) }, ..text }
         }
     };
-    Recipe {
+    Ok(Recipe {
         search,
-        physics: PhysicsOptions::default(),
+        physics: PhysicsOptions::named("planar", None, Purpose::Planning)?,
         confirm: None,
         sampler: "more",
         reward: Reward { shaping: 0.2, solved_score: options.grasp.solved_score },
         budget: Budget::iterations(ITERATIONS),
-    }
+    })
 }

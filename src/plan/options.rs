@@ -22,7 +22,7 @@ pub struct GraspDecision {
 
 impl Default for GraspDecision {
     fn default() -> Self {
-        Self { execute_score: 0.3, solved_score: 0.5 }
+        Self { execute_score: 0.3, solved_score: 0.35 }
     }
 }
 

@@ -29,8 +29,8 @@ pub const PLANNERS: [&str; 2] = ["pmbs", "mcts"];
 /// The planner's own recipe with what the options change in it.
 pub fn recipe(options: &PlannerOptions) -> Result<Recipe> {
     let mut recipe = match options.planner.as_str() {
-        "pmbs" => pmbs::recipe(options),
-        "mcts" => mcts::recipe(options),
+        "pmbs" => pmbs::recipe(options)?,
+        "mcts" => mcts::recipe(options)?,
         other => {
             let known = PLANNERS.join(", ");
             return Err(Error::not_found("planner", format!("no planner is named `{other}`; known: {known}")));

@@ -22,7 +22,9 @@ pub struct GraspMotion {
     pub descend_speed: f64,
     /// Speed of each finger, m/s.
     pub close_speed: f64,
-    /// Force of each finger, newton.
+    /// Force of each finger, newton. The default holds 0.9 kg where pad and body have a friction of 0.45. A greater one
+    /// makes the fingers heavy against the bodies, and Bullet's sweeps converge less: with 40 N bodies of 25 g are squeezed
+    /// out of grips that hold with 5, 10 and 20 N.
     pub grip_force: f64,
     /// How far the fingers rise.
     pub lift: f64,
@@ -42,7 +44,7 @@ impl Default for GraspMotion {
             start_above: 0.005,
             descend_speed: 0.25,
             close_speed: 0.1,
-            grip_force: 40.0,
+            grip_force: 10.0,
             lift: 0.1,
             lift_speed: 0.25,
             hold_time: 0.05,
