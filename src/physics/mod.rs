@@ -1,5 +1,6 @@
 //! What a push does: the [`Transition`] interface and the engines behind it.
 
+mod approach;
 pub mod bullet;
 pub mod lanes;
 pub mod narrow;

@@ -113,7 +113,7 @@ pub struct PhysicsOptions {
     pub preset: String,
     /// Every constant of the engine; takes the place of the preset.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub settings: Option<EngineSettings>,
+    pub settings: Option<Box<EngineSettings>>,
 }
 
 impl Default for PhysicsOptions {
@@ -180,7 +180,7 @@ impl PhysicsOptions {
 
     /// An engine with constants of your own.
     pub fn custom(settings: EngineSettings) -> Self {
-        Self { engine: settings.engine().into(), preset: "custom".into(), settings: Some(settings) }
+        Self { engine: settings.engine().into(), preset: "custom".into(), settings: Some(Box::new(settings)) }
     }
 
     /// Checks the names and constants, and that this build has the engine.
@@ -203,8 +203,8 @@ pub fn engine(options: &PhysicsOptions, scene: Arc<Scene>) -> Result<Arc<dyn Tra
     options.validate()?;
     let preset = if options.settings.is_some() { "custom" } else { &options.preset };
     let name = format!("{} {preset}", options.engine);
-    let settings = match options.settings {
-        Some(settings) => settings,
+    let settings = match &options.settings {
+        Some(settings) => **settings,
         None => EngineSettings::by_name(&options.engine, &options.preset)?,
     };
     Ok(match settings {

@@ -6,10 +6,10 @@ use super::grasp::{GraspMotion, GraspTrial};
 use super::native;
 use super::settings::BulletSettings;
 use super::world::PushWorld;
-use crate::action::{Grasp, Push};
+use crate::action::Grasp;
 use crate::error::Result;
 use crate::geom::{Vec2, vec2};
-use crate::physics::rapier::free_travel;
+use crate::physics::approach::Approach;
 use crate::physics::transition::{
     GraspResult, GraspStatus, PushJob, PushResult, PushStatus, Scratch, Stance, Transition,
 };
@@ -78,42 +78,17 @@ impl Bullet {
         details: &mut [BodyDetail],
         stop: &Stop,
     ) {
-        result.state.clone_from(job.state);
-        result.touched = Mask::EMPTY;
-        result.left = Mask::EMPTY;
-        result.toppled = Mask::EMPTY;
-        let push = &job.push;
-        if !push.is_finite() || push.length() < 1e-6 {
-            result.status = PushStatus::Illegal { body: None };
-            return;
-        }
-        if let Some(body) = self.landed_on(job.state, push) {
-            result.status = PushStatus::Illegal { body: Some(body) };
-            return;
-        }
-        let Some(travel) = free_travel(&self.scene, job.state, push, self.settings.margin) else {
-            // The tip meets nothing: the world stays as it is, to the bit.
-            result.status = PushStatus::Executed;
-            return;
-        };
+        let approach = Approach { landing_tolerance: self.settings.landing_tolerance, border: self.settings.margin };
+        let Some(travel) = approach.begin(&self.scene, job, result) else { return };
         let from = (travel - self.settings.approach).max(0.0);
         match self.simulate(job, stances, from, result, details, stop) {
-            Ok(true) => result.status = PushStatus::Executed,
+            Ok(true) => Approach::end(&self.scene, job, result),
             Ok(false) => result.status = PushStatus::Interrupted,
             // Out of memory, or a world that burst: the push is not to be used.
             Err(_) => {
                 result.state.clone_from(job.state);
-                result.touched = Mask::EMPTY;
-                result.toppled = Mask::EMPTY;
+                (result.touched, result.toppled) = (Mask::EMPTY, Mask::EMPTY);
                 result.status = PushStatus::Illegal { body: None };
-                return;
-            }
-        }
-        let workspace = self.scene.workspace();
-        for (i, pose) in result.state.iter() {
-            let footprint = &self.scene.body(i).footprint;
-            if !workspace.holds(footprint, &pose) && workspace.holds(footprint, &job.state.pose(i)) {
-                result.left.insert(i);
             }
         }
     }
@@ -135,17 +110,6 @@ impl Bullet {
         result.touched = world.touched();
         result.toppled = world.read(&mut result.state, details)?;
         Ok(true)
-    }
-
-    /// The body that the tip would come down on: the one it overlaps most.
-    fn landed_on(&self, state: &State, push: &Push) -> Option<usize> {
-        let tip = push.tip_at_start(&self.scene.gripper().push);
-        state
-            .iter()
-            .map(|(i, pose)| (i, tip.gap_to(&self.scene.body(i).footprint, &pose)))
-            .filter(|(_, gap)| *gap < -self.settings.landing_tolerance)
-            .min_by(|a, b| a.1.total_cmp(&b.1))
-            .map(|(i, _)| i)
     }
 }
 

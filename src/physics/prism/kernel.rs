@@ -226,9 +226,9 @@ pub fn body_friction<N: Number>(row: &mut BodyRow<N>, a: &mut Motion<N>, b: &mut
     let p = [load.constant(0.0) - ny * dt, nx * dt, dz];
     let t = [nx * ds - ny * dr, ny * ds + nx * dr, du];
     let (ta, tb) = (moment([ax, ay, az], p), moment([bx, by, bz], p));
-    for k in 0..3 {
-        a.v[k] = a.v[k] - a.v[3] * p[k];
-        b.v[k] = b.v[k] + b.v[3] * p[k];
+    for (k, &p) in p.iter().enumerate() {
+        a.v[k] = a.v[k] - a.v[3] * p;
+        b.v[k] = b.v[k] + b.v[3] * p;
     }
     let zero = load.constant(0.0);
     twist(a, [zero - (ta[0] + t[0]), zero - (ta[1] + t[1]), zero - (ta[2] + t[2])]);

@@ -2,10 +2,12 @@ use std::sync::Arc;
 
 use super::pool::Pool;
 use super::*;
+use crate::action::Push;
 use crate::geom::{Pose2, Shape, pieces_gap, vec2};
+use crate::physics::PushStatus;
 use crate::physics::lanes::InstructionSet;
 use crate::scene::generate::{Generator, GeneratorParams};
-use crate::scene::{BodyDef, Gripper, PushTip, SceneBuilder};
+use crate::scene::{BodyDef, Gripper, PushTip, SceneBuilder, State};
 
 fn presets() -> [PrismSettings; 2] {
     [PrismSettings::fast(), PrismSettings::fine()]

@@ -261,11 +261,7 @@ impl WithSimd for Sweep<'_> {
 }
 
 #[inline(always)]
-fn body_part<'a, S: Simd8>(
-    s: S,
-    worlds: &'a mut [World],
-    tick: impl Fn(S, &mut [Walk<'_, BodyRow<f32>>; LANES]) -> Wide<S>,
-) {
+fn body_part<S: Simd8>(s: S, worlds: &mut [World], tick: impl Fn(S, &mut [Walk<'_, BodyRow<f32>>; LANES]) -> Wide<S>) {
     let mut idle: [Idle<BodyRow<f32>>; LANES] = std::array::from_fn(|_| Idle::new());
     let list = worlds.iter_mut().map(|w| &mut w.rows).filter(|r| r.solving && !r.bodies.is_empty()).map(|r| {
         let back = r.goes_back();

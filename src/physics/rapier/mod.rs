@@ -14,12 +14,12 @@ pub use friction::{Inertia, LimitSurface, Twist, after_friction};
 pub use settings::RapierSettings;
 
 use self::world::World;
-pub(super) use self::world::free_travel;
+use super::approach::Approach;
 use super::transition::{PushJob, PushResult, PushStatus, Scratch, Transition};
 use crate::error::Result;
 use crate::geom::{Piece, Vec2};
 use crate::run::Stop;
-use crate::scene::{Mask, Scene, State};
+use crate::scene::Scene;
 use rapier2d::prelude::{MassProperties, SharedShape, Vector};
 
 /// The engine prepared for one scene.
@@ -85,24 +85,8 @@ impl Rapier {
     }
 
     fn push(&self, job: &PushJob<'_>, result: &mut PushResult, stop: &Stop) {
-        result.state.clone_from(job.state);
-        result.touched = Mask::EMPTY;
-        result.left = Mask::EMPTY;
-        result.toppled = Mask::EMPTY;
+        let Some(travel) = self.approach().begin(&self.scene, job, result) else { return };
         let push = &job.push;
-        if !push.is_finite() || push.length() < 1e-6 {
-            result.status = PushStatus::Illegal { body: None };
-            return;
-        }
-        if let Some(body) = self.landed_on(job.state, push) {
-            result.status = PushStatus::Illegal { body: Some(body) };
-            return;
-        }
-        let Some(travel) = free_travel(&self.scene, job.state, push, self.settings.border) else {
-            // The tip meets nothing: the world stays as it is, to the bit.
-            result.status = PushStatus::Executed;
-            return;
-        };
         let mut world = World::new(self, job.state, push, travel);
         if !world.run(stop) {
             result.status = PushStatus::Interrupted;
@@ -110,25 +94,11 @@ impl Rapier {
         }
         result.touched = world.touched();
         world.read(&mut result.state);
-        result.status = PushStatus::Executed;
-        let workspace = self.scene.workspace();
-        for (i, pose) in result.state.iter() {
-            let footprint = &self.scene.body(i).footprint;
-            if !workspace.holds(footprint, &pose) && workspace.holds(footprint, &job.state.pose(i)) {
-                result.left.insert(i);
-            }
-        }
+        Approach::end(&self.scene, job, result);
     }
 
-    /// The body that the tip would come down on: the one it overlaps most.
-    fn landed_on(&self, state: &State, push: &crate::action::Push) -> Option<usize> {
-        let tip = push.tip_at_start(&self.scene.gripper().push);
-        state
-            .iter()
-            .map(|(i, pose)| (i, tip.gap_to(&self.scene.body(i).footprint, &pose)))
-            .filter(|(_, gap)| *gap < -self.settings.landing_tolerance)
-            .min_by(|a, b| a.1.total_cmp(&b.1))
-            .map(|(i, _)| i)
+    fn approach(&self) -> Approach {
+        Approach { landing_tolerance: self.settings.landing_tolerance, border: self.settings.border }
     }
 }
 

@@ -5,36 +5,9 @@ use rapier2d::prelude::*;
 use super::friction::{Twist, after_friction};
 use super::{Bordered, Rapier, bordered, vector};
 use crate::action::Push;
-use crate::geom::{Obb, Piece, Pose2, pieces_gap_below};
+use crate::geom::{Piece, Pose2, pieces_gap_below};
 use crate::run::Stop;
-use crate::scene::{Mask, Scene, State};
-
-/// A gap below this ends the free travel of the tip, metres.
-const NEAR: f64 = 2e-4;
-
-/// How far the tip travels before it comes within the border of a body; `None` if it never does.
-/// Conservative advancement: the tip may always move by its gap to the nearest body.
-pub fn free_travel(scene: &Scene, state: &State, push: &Push, border: f64) -> Option<f64> {
-    let (length, direction) = (push.length(), push.direction());
-    let start = push.tip_at_start(&scene.gripper().push);
-    let mut travel = 0.0;
-    for _ in 0..64 {
-        let tip = Obb { centre: start.centre + direction * travel, ..start };
-        // Far enough to reach the end is all that has to be known of a gap.
-        let gap = state.iter().fold(length - travel + border, |least, (i, pose)| {
-            least.min(tip.gap_below(&scene.body(i).footprint, &pose, least))
-        });
-        let free = gap - border;
-        if free < NEAR {
-            return Some(travel);
-        }
-        travel += free;
-        if travel >= length {
-            return None;
-        }
-    }
-    Some(travel)
-}
+use crate::scene::{Mask, State};
 
 pub struct World<'a> {
     engine: &'a Rapier,
