@@ -227,7 +227,7 @@ fn mistakes_end_with_status_2_and_one_line() {
         (&["plan", &broken], "line 2"),
         (&["plan", &scene, "--planner", "best"], "planner: no planner is named `best`; known: pmbs, mcts"),
         (&["plan", &scene, "--physics", "box"], "physics.engine: no engine is named `box`"),
-        (&["plan", &scene, "--preset", "finest"], "physics.preset: rapier has no preset `finest`"),
+        (&["plan", &scene, "--preset", "finest"], "physics.preset: planar has no preset `finest`"),
         (&["plan", &scene, "--gripper", "hand"], "gripper: no gripper is named `hand`"),
         (&["plan", &scene, "--seconds", "0"], "seconds: is 0; it must be greater than 0"),
         (&["plan", &scene, "--iterations", "0"], "iterations: is 0"),

@@ -1259,6 +1259,18 @@ jostle_status jostle_planner_advance(struct jostle_planner *planner,
                                      const struct jostle_action *action,
                                      uint32_t *kept);
 
+/// Tells the planner that the first action of its last plan was tried and failed: the fingers would have come down on a
+/// body, or the target was not in the gripper. The same grasp is not offered again before the bodies were pushed. The
+/// search tree is forgotten.
+///
+/// Thread: exclusive use of planner.
+/// RT: no.
+/// Nullable: none.
+/// Owns: `action` is copied.
+/// Errors: ARGUMENT (null, not finite, unknown kind), HANDLE, BUSY, NOT_FOUND (action.body), PANIC, POISONED.
+jostle_status jostle_planner_failed(struct jostle_planner *planner,
+                                    const struct jostle_action *action);
+
 /// Forgets the search tree.
 ///
 /// Thread: exclusive use of planner.

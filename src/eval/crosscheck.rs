@@ -138,6 +138,7 @@ mod tests {
     use super::*;
     use crate::eval::Suite;
     use crate::physics::{self, PhysicsOptions};
+    use crate::plan::Confirm;
     use crate::run::Budget;
 
     #[test]
@@ -145,6 +146,7 @@ mod tests {
         let suite = Suite::generated(12, 3, None).unwrap();
         let options = PlannerOptions {
             physics: Some(PhysicsOptions::preset("fast")),
+            confirm: Confirm::Off,
             budget: Budget::iterations(200),
             ..PlannerOptions::default()
         };

@@ -183,10 +183,16 @@ fn the_jaw_strip_but_for_the_pad_edges_must_be_empty() {
     let state = State::new([at(0.0, 0.0, 0.0), at(0.085, 0.0, 0.0), at(-0.045, 0.0, 0.0)]);
     let c = check(&scene, &state, &grasp(0, 0.0, 0.0, 0.0));
     assert!(!c.holds());
-    let (right, left) = (0.085 - 0.01 - 0.016, -0.045 + 0.01);
+    let (right, left) = (0.585 - 0.01, 0.455 + 0.01);
     if let Some(g) = best(&scene, &state, 0) {
-        // Whatever is found keeps away from both walls.
-        assert!(g.position[0] - 0.5 + 0.0807 / 2.0 < right && left < g.position[0] - 0.5 - 0.0807 / 2.0, "{g:?}");
+        // Whatever is found, both fingers keep away from both walls.
+        let jaw = &scene.gripper().grasp;
+        let (sin, cos) = g.angle.sin_cos();
+        let half = (cos.abs() * jaw.finger_thickness + sin.abs() * jaw.finger_width) / 2.0;
+        for side in [-1.0, 1.0] {
+            let x = g.position[0] + side * cos * (g.opening + jaw.finger_thickness) / 2.0;
+            assert!(left < x - half && x + half < right, "{g:?}");
+        }
     }
 }
 
