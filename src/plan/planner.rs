@@ -61,7 +61,16 @@ impl Planner {
         let recipe = recipe(&options)?;
         sampler(&options, &recipe)?;
         let pool = Pool::new(options.threads, "jostle")?;
-        Ok(Planner { options, recipe, pool, tree: Tree::new(), domain: None, confirming: None, expected: None, demand: 0.0 })
+        Ok(Planner {
+            options,
+            recipe,
+            pool,
+            tree: Tree::new(),
+            domain: None,
+            confirming: None,
+            expected: None,
+            demand: 0.0,
+        })
     }
 
     pub fn options(&self) -> &PlannerOptions {

@@ -146,10 +146,11 @@ impl Lane {
                 let chain = (settings.sweeps_per_contact * self.contacts.len() as f64) as usize;
                 *cursor = Cursor {
                     at: 0,
-                    len: self.contacts.len(),
+                    len: self.contacts.len() as u32,
                     sweeps: 0,
-                    most_sweeps: settings.sweeps.max(chain),
+                    most_sweeps: settings.sweeps.max(chain) as u32,
                     tolerance: settings.tolerance as f32 * self.travel,
+                    change: 0.0,
                 };
                 return true;
             }
