@@ -19,6 +19,8 @@ use crate::table::{Table, number};
 
 /// Times that every push runs in one timed run, at least: a run has to be long against the waking of an idle core.
 const PASSES: usize = 8;
+/// Calls that are timed together, at least: fewer cannot be dealt out evenly to two threads, as a call stays on one.
+const CALLS: usize = 32;
 /// Every variant runs at least this often.
 const ROUNDS: usize = 3;
 const THREADS: [usize; 2] = [1, 2];
@@ -125,7 +127,9 @@ pub fn run(args: &BenchPushArgs) -> Outcome<()> {
             let engine = physics::engine(&model.options, Arc::clone(&source.scene))?;
             model.batch = args.batch.unwrap_or(engine.batch_size()).max(1);
             // Whole calls only: a short one at the end would be of another kind.
-            let wanted = (PASSES * source.pushes.len()).next_multiple_of(model.batch);
+            let alike = sources.iter().filter(|other| other.scene.len() == source.scene.len()).count();
+            let least = CALLS.div_ceil(alike.max(1)) * model.batch;
+            let wanted = (PASSES * source.pushes.len()).max(least).next_multiple_of(model.batch);
             let pushes: Vec<_> = source.pushes.iter().cycle().take(wanted).cloned().collect();
             let calls = groups.entry((m, source.scene.len())).or_default();
             calls.extend(pushes.chunks(model.batch).map(|pushes| Call {
@@ -160,9 +164,12 @@ pub fn run(args: &BenchPushArgs) -> Outcome<()> {
                 let variant = variants.iter().find(|v| v.model == m && v.bodies == bodies && v.threads == threads);
                 variant.map_or(0.0, |v| statistics::median(&v.seconds))
             });
-            let count = calls.iter().map(|c| c.pushes.len()).sum();
-            total.iter_mut().zip(seconds).for_each(|(t, s)| *t += s);
-            pushes += count;
+            let count: usize = calls.iter().map(|c| c.pushes.len()).sum();
+            // Every push of the source counts once, however often its group was repeated.
+            let own: usize = sources.iter().filter(|s| s.scene.len() == bodies).map(|s| s.pushes.len()).sum();
+            let share = own as f64 / count.max(1) as f64;
+            total.iter_mut().zip(seconds).for_each(|(t, s)| *t += s * share);
+            pushes += own;
             rates.by_bodies.insert(bodies, Rate::new(count, seconds));
         }
         rates.all = Rate::new(pushes, total);

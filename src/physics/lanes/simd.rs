@@ -7,6 +7,10 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::group::Group;
+#[cfg(target_arch = "x86_64")]
+use super::x86::{Avx2, Avx512};
+
 /// Numbers in a register.
 pub const LANES: usize = 8;
 
@@ -14,6 +18,8 @@ pub const LANES: usize = 8;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum InstructionSet {
+    /// 512-bit registers of x86-64-v4 (AVX-512).
+    Avx512,
     /// 256-bit registers of x86-64-v3 (AVX2).
     Avx2,
     /// 128-bit registers of x86-64-v2 (SSE4.2).
@@ -23,17 +29,20 @@ pub enum InstructionSet {
 }
 
 impl InstructionSet {
-    pub const ALL: [InstructionSet; 3] = [InstructionSet::Avx2, InstructionSet::Sse42, InstructionSet::Plain];
+    pub const ALL: [InstructionSet; 4] =
+        [InstructionSet::Avx512, InstructionSet::Avx2, InstructionSet::Sse42, InstructionSet::Plain];
 
     /// Whether this processor has it.
     pub fn is_available(self) -> bool {
         match self {
             #[cfg(target_arch = "x86_64")]
+            InstructionSet::Avx512 => pulp::x86::V4::is_available(),
+            #[cfg(target_arch = "x86_64")]
             InstructionSet::Avx2 => pulp::x86::V3::is_available(),
             #[cfg(target_arch = "x86_64")]
             InstructionSet::Sse42 => pulp::x86::V2::is_available(),
             #[cfg(not(target_arch = "x86_64"))]
-            InstructionSet::Avx2 | InstructionSet::Sse42 => false,
+            InstructionSet::Avx512 | InstructionSet::Avx2 | InstructionSet::Sse42 => false,
             InstructionSet::Plain => true,
         }
     }
@@ -46,6 +55,11 @@ impl InstructionSet {
     /// Runs `code` with it, or with plain arrays where the processor does not have it.
     pub fn with<C: WithSimd>(self, code: C) -> C::Output {
         match self {
+            #[cfg(target_arch = "x86_64")]
+            InstructionSet::Avx512 => match pulp::x86::V4::try_new() {
+                Some(token) => code.run(Avx512(token)),
+                None => code.run(Plain),
+            },
             #[cfg(target_arch = "x86_64")]
             InstructionSet::Avx2 => match pulp::x86::V3::try_new() {
                 Some(token) => code.run(Avx2(token)),
@@ -91,6 +105,10 @@ pub trait Numbers: Copy + Send + Sync + 'static {
 
 /// Proof that the processor has an instruction set, and its operations on eight numbers.
 pub trait Simd8: Numbers {
+    /// Twice as many numbers.
+    type Wide: Group<{ 2 * LANES }>;
+
+    fn wide(self) -> Self::Wide;
     /// Compiles `code`, with all that is inlined into it, for the instruction set.
     fn vectorize<R>(self, code: impl FnOnce() -> R) -> R;
 
@@ -174,6 +192,19 @@ macro_rules! array_moves {
     };
 }
 
+/// Two registers where there is none that is twice as wide.
+macro_rules! twice {
+    () => {
+        type Wide = $crate::physics::lanes::Twice<Self>;
+
+        #[inline(always)]
+        fn wide(self) -> Self::Wide {
+            $crate::physics::lanes::Twice(self)
+        }
+    };
+}
+pub(super) use twice;
+
 /// Plain arrays.
 #[derive(Debug, Clone, Copy)]
 pub struct Plain;
@@ -184,6 +215,7 @@ impl Numbers for Plain {
 
 impl Simd8 for Plain {
     array_moves!();
+    twice!();
 
     #[inline(always)]
     fn vectorize<R>(self, code: impl FnOnce() -> R) -> R {
@@ -204,184 +236,11 @@ impl Numbers for Sse42 {
 #[cfg(target_arch = "x86_64")]
 impl Simd8 for Sse42 {
     array_moves!();
+    twice!();
 
     #[inline(always)]
     fn vectorize<R>(self, code: impl FnOnce() -> R) -> R {
         self.0.vectorize(code)
-    }
-}
-
-#[cfg(target_arch = "x86_64")]
-pub use avx2::Avx2;
-
-#[cfg(target_arch = "x86_64")]
-mod avx2 {
-    use std::arch::x86_64::{__m128, __m256};
-
-    use super::{LANES, Numbers, Simd8};
-
-    /// AVX registers.
-    #[derive(Debug, Clone, Copy)]
-    pub struct Avx2(pub(super) pulp::x86::V3);
-
-    impl Avx2 {
-        #[inline(always)]
-        fn pair(self, low: [f32; 4], high: [f32; 4]) -> __m256 {
-            self.0.avx._mm256_set_m128(pulp::cast::<_, __m128>(high), pulp::cast::<_, __m128>(low))
-        }
-
-        #[inline(always)]
-        fn halves(self, pair: __m256) -> [[f32; 4]; 2] {
-            pulp::cast(pair)
-        }
-    }
-
-    impl Numbers for Avx2 {
-        type F = __m256;
-
-        #[inline(always)]
-        fn splat(self, x: f32) -> __m256 {
-            self.0.avx._mm256_set1_ps(x)
-        }
-        #[inline(always)]
-        fn add(self, a: __m256, b: __m256) -> __m256 {
-            self.0.avx._mm256_add_ps(a, b)
-        }
-        #[inline(always)]
-        fn sub(self, a: __m256, b: __m256) -> __m256 {
-            self.0.avx._mm256_sub_ps(a, b)
-        }
-        #[inline(always)]
-        fn mul(self, a: __m256, b: __m256) -> __m256 {
-            self.0.avx._mm256_mul_ps(a, b)
-        }
-        #[inline(always)]
-        fn div(self, a: __m256, b: __m256) -> __m256 {
-            self.0.avx._mm256_div_ps(a, b)
-        }
-        #[inline(always)]
-        fn sqrt(self, a: __m256) -> __m256 {
-            self.0.avx._mm256_sqrt_ps(a)
-        }
-        #[inline(always)]
-        fn min(self, a: __m256, b: __m256) -> __m256 {
-            self.0.avx._mm256_min_ps(a, b)
-        }
-        #[inline(always)]
-        fn max(self, a: __m256, b: __m256) -> __m256 {
-            self.0.avx._mm256_max_ps(a, b)
-        }
-        #[inline(always)]
-        fn abs(self, a: __m256) -> __m256 {
-            self.0.avx._mm256_andnot_ps(self.splat(-0.0), a)
-        }
-        #[inline(always)]
-        fn with_sign(self, a: __m256, sign: __m256) -> __m256 {
-            self.0.avx._mm256_or_ps(a, self.0.avx._mm256_and_ps(self.splat(-0.0), sign))
-        }
-        #[inline(always)]
-        fn if_less(self, a: __m256, b: __m256, yes: __m256, no: __m256) -> __m256 {
-            // 17: less than, ordered, quiet.
-            self.0.avx._mm256_blendv_ps(no, yes, self.0.avx._mm256_cmp_ps::<17>(a, b))
-        }
-    }
-
-    impl Simd8 for Avx2 {
-        #[inline(always)]
-        fn vectorize<R>(self, code: impl FnOnce() -> R) -> R {
-            self.0.vectorize(code)
-        }
-        #[inline(always)]
-        fn load(self, x: &[f32; LANES]) -> __m256 {
-            pulp::cast(*x)
-        }
-        #[inline(always)]
-        fn store(self, x: __m256) -> [f32; LANES] {
-            pulp::cast(x)
-        }
-        #[inline(always)]
-        fn columns(self, r: [[f32; 4]; LANES]) -> [__m256; 4] {
-            let avx = self.0.avx;
-            let (a, b) = (self.pair(r[0], r[4]), self.pair(r[1], r[5]));
-            let (c, d) = (self.pair(r[2], r[6]), self.pair(r[3], r[7]));
-            let (ab_low, ab_high) = (avx._mm256_unpacklo_ps(a, b), avx._mm256_unpackhi_ps(a, b));
-            let (cd_low, cd_high) = (avx._mm256_unpacklo_ps(c, d), avx._mm256_unpackhi_ps(c, d));
-            [
-                avx._mm256_shuffle_ps::<0b01_00_01_00>(ab_low, cd_low),
-                avx._mm256_shuffle_ps::<0b11_10_11_10>(ab_low, cd_low),
-                avx._mm256_shuffle_ps::<0b01_00_01_00>(ab_high, cd_high),
-                avx._mm256_shuffle_ps::<0b11_10_11_10>(ab_high, cd_high),
-            ]
-        }
-        #[inline(always)]
-        fn rows(self, c: [__m256; 4]) -> [[f32; 4]; LANES] {
-            let avx = self.0.avx;
-            let (ab_low, ab_high) = (avx._mm256_unpacklo_ps(c[0], c[1]), avx._mm256_unpackhi_ps(c[0], c[1]));
-            let (cd_low, cd_high) = (avx._mm256_unpacklo_ps(c[2], c[3]), avx._mm256_unpackhi_ps(c[2], c[3]));
-            let [r04, r15, r26, r37] = [
-                avx._mm256_shuffle_ps::<0b01_00_01_00>(ab_low, cd_low),
-                avx._mm256_shuffle_ps::<0b11_10_11_10>(ab_low, cd_low),
-                avx._mm256_shuffle_ps::<0b01_00_01_00>(ab_high, cd_high),
-                avx._mm256_shuffle_ps::<0b11_10_11_10>(ab_high, cd_high),
-            ];
-            let ([r0, r4], [r1, r5]) = (self.halves(r04), self.halves(r15));
-            let ([r2, r6], [r3, r7]) = (self.halves(r26), self.halves(r37));
-            [r0, r1, r2, r3, r4, r5, r6, r7]
-        }
-    }
-}
-
-/// Twice as many numbers: every operation on two registers, one after the other. Code that waits for the results of
-/// its own divisions and roots does twice as much in about the same time.
-#[derive(Debug, Clone, Copy)]
-pub struct Twice<N>(pub N);
-
-impl<N: Numbers> Numbers for Twice<N> {
-    type F = [N::F; 2];
-
-    #[inline(always)]
-    fn splat(self, x: f32) -> Self::F {
-        [self.0.splat(x); 2]
-    }
-    #[inline(always)]
-    fn add(self, a: Self::F, b: Self::F) -> Self::F {
-        [self.0.add(a[0], b[0]), self.0.add(a[1], b[1])]
-    }
-    #[inline(always)]
-    fn sub(self, a: Self::F, b: Self::F) -> Self::F {
-        [self.0.sub(a[0], b[0]), self.0.sub(a[1], b[1])]
-    }
-    #[inline(always)]
-    fn mul(self, a: Self::F, b: Self::F) -> Self::F {
-        [self.0.mul(a[0], b[0]), self.0.mul(a[1], b[1])]
-    }
-    #[inline(always)]
-    fn div(self, a: Self::F, b: Self::F) -> Self::F {
-        [self.0.div(a[0], b[0]), self.0.div(a[1], b[1])]
-    }
-    #[inline(always)]
-    fn sqrt(self, a: Self::F) -> Self::F {
-        [self.0.sqrt(a[0]), self.0.sqrt(a[1])]
-    }
-    #[inline(always)]
-    fn min(self, a: Self::F, b: Self::F) -> Self::F {
-        [self.0.min(a[0], b[0]), self.0.min(a[1], b[1])]
-    }
-    #[inline(always)]
-    fn max(self, a: Self::F, b: Self::F) -> Self::F {
-        [self.0.max(a[0], b[0]), self.0.max(a[1], b[1])]
-    }
-    #[inline(always)]
-    fn abs(self, a: Self::F) -> Self::F {
-        [self.0.abs(a[0]), self.0.abs(a[1])]
-    }
-    #[inline(always)]
-    fn with_sign(self, a: Self::F, sign: Self::F) -> Self::F {
-        [self.0.with_sign(a[0], sign[0]), self.0.with_sign(a[1], sign[1])]
-    }
-    #[inline(always)]
-    fn if_less(self, a: Self::F, b: Self::F, yes: Self::F, no: Self::F) -> Self::F {
-        [self.0.if_less(a[0], b[0], yes[0], no[0]), self.0.if_less(a[1], b[1], yes[1], no[1])]
     }
 }
 

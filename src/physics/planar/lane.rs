@@ -4,7 +4,7 @@ use super::model::Model;
 use super::settings::PlanarSettings;
 use super::sweep::{Cursor, Impulse, LANE_SLOTS, Record, SLOTS, TIP_SLOT};
 use super::trig::sin_cos;
-use crate::physics::lanes::Simd8;
+use crate::physics::lanes::{LANES, Simd8};
 use crate::physics::narrow::{Frame2, Octet, Placed, Point, contact};
 use crate::physics::transition::{PushJob, PushResult, PushStatus};
 use crate::scene::{BodyPose, Mask, Scene, State};
@@ -33,6 +33,8 @@ pub struct Lane {
     /// Origins and rotations of all bodies.
     frames: Vec<Frame2>,
     present: Vec<u16>,
+    /// Bounding circles of the present bodies, in their order; filled up with circles that nothing is near.
+    circles: Vec<Circles>,
     borders: Vec<f32>,
     /// From the centre of mass to the centre of pressure, world frame.
     leads: Vec<[f32; 2]>,
@@ -55,6 +57,29 @@ pub struct Lane {
     /// Deepest overlap of two bodies at the beginning of the step, borders included, metres.
     overlap: f32,
     clean_up_left: usize,
+}
+
+/// Eight bounding circles.
+#[derive(Debug, Clone, Copy)]
+struct Circles {
+    x: [f32; LANES],
+    y: [f32; LANES],
+    radius: [f32; LANES],
+}
+
+impl Circles {
+    /// Circles of negative infinite radius, which are near to nothing.
+    const NOWHERE: Circles = Circles { x: [0.0; LANES], y: [0.0; LANES], radius: [f32::NEG_INFINITY; LANES] };
+
+    /// Which of them are nearer to a circle than its radius, one bit each.
+    #[inline(always)]
+    fn near<S: Simd8>(&self, s: S, x: f32, y: f32, radius: f32) -> u32 {
+        let (dx, dy) = (s.sub(s.load(&self.x), s.splat(x)), s.sub(s.load(&self.y), s.splat(y)));
+        let reach = s.max(s.add(s.load(&self.radius), s.splat(radius)), s.splat(0.0));
+        let squared = s.add(s.mul(dx, dx), s.mul(dy, dy));
+        let far = s.store(s.sub(squared, s.mul(reach, reach)));
+        far.iter().enumerate().fold(0, |bits, (l, &far)| bits | u32::from(far < 0.0) << l)
+    }
 }
 
 /// What the lanes of a call share.
@@ -146,10 +171,11 @@ impl Lane {
                 let chain = (settings.sweeps_per_contact * self.contacts.len() as f64) as usize;
                 *cursor = Cursor {
                     at: 0,
-                    len: self.contacts.len(),
+                    len: self.contacts.len() as u32,
                     sweeps: 0,
-                    most_sweeps: settings.sweeps.max(chain),
+                    most_sweeps: settings.sweeps.max(chain) as u32,
                     tolerance: settings.tolerance as f32 * self.travel,
+                    change: 0.0,
                 };
                 return true;
             }
@@ -192,9 +218,20 @@ impl Lane {
         self.moved = Mask::EMPTY;
         self.touched = Mask::EMPTY;
         self.known.clear();
+        self.circles.clear();
+        self.circles.resize(self.present.len().div_ceil(LANES), Circles::NOWHERE);
         for k in 0..self.present.len() {
             self.place(s, model, usize::from(self.present[k]));
+            let body = usize::from(self.present[k]);
+            self.circles[k / LANES].radius[k % LANES] = model.bodies[body].radius;
+            self.place_circle(k);
         }
+    }
+
+    /// Brings the bounding circle of a present body to its frame.
+    fn place_circle(&mut self, k: usize) {
+        let (frame, circles) = (&self.frames[usize::from(self.present[k])], &mut self.circles[k / LANES]);
+        (circles.x[k % LANES], circles.y[k % LANES]) = (frame.x, frame.y);
     }
 
     /// Brings a body's outlines to its pose.
@@ -407,22 +444,33 @@ impl Lane {
             let a = usize::from(found.reached[next]);
             next += 1;
             expanded.insert(a);
-            for k in 0..self.present.len() {
-                let b = usize::from(self.present[k]);
-                if expanded.contains(b) {
-                    continue;
-                }
-                let border = self.borders[a] + self.borders[b];
-                let within = reach + border;
-                self.pairs(model, a, b, within, |p, q, first, second| {
-                    let manifold = contact(s, first, second, within);
-                    let pair = (p as u64) << 32 | q as u64;
-                    for point in &manifold.points[..manifold.count] {
-                        let point = Point { gap: point.gap - border, ..*point };
-                        found.overlap = found.overlap.max(-point.gap);
-                        found.add(self, Some(a), b, manifold.normal, point, [0.0; 2], pair, impulses);
+            // A little more than is asked below, so that rounding leaves nothing out.
+            let within = reach + 2.0 * shared.settings.border as f32 + 1e-4;
+            let (frame, radius) = (self.frames[a], model.bodies[a].radius + within);
+            for (group, circles) in self.circles.iter().enumerate() {
+                let mut near = s.vectorize(
+                    #[inline(always)]
+                    || circles.near(s, frame.x, frame.y, radius),
+                );
+                while near != 0 {
+                    let k = group * LANES + near.trailing_zeros() as usize;
+                    near &= near - 1;
+                    let b = usize::from(self.present[k]);
+                    if expanded.contains(b) {
+                        continue;
                     }
-                });
+                    let border = self.borders[a] + self.borders[b];
+                    let within = reach + border;
+                    self.pairs(model, a, b, within, |p, q, first, second| {
+                        let manifold = contact(s, first, second, within);
+                        let pair = (p as u64) << 32 | q as u64;
+                        for point in &manifold.points[..manifold.count] {
+                            let point = Point { gap: point.gap - border, ..*point };
+                            found.overlap = found.overlap.max(-point.gap);
+                            found.add(self, Some(a), b, manifold.normal, point, [0.0; 2], pair, impulses);
+                        }
+                    });
+                }
             }
         }
         let Found { contacts, known, reached, overlap, .. } = found;
@@ -472,6 +520,7 @@ impl Lane {
             self.moved.insert(i);
             self.place(s, shared.model, i);
         }
+        (0..self.present.len()).for_each(|k| self.place_circle(k));
     }
 }
 
@@ -510,6 +559,18 @@ impl Found<'_> {
         }
     }
 
+    /// How a unit impulse along the normal and the tangent turns a body, in scaled coordinates, and the inverse root
+    /// of its mass.
+    #[inline(always)]
+    fn turning(&self, lane: &Lane, i: usize, [nx, ny]: [f32; 2], point: &Point) -> [f32; 3] {
+        let (body, frame) = (&self.model.bodies[i], &lane.frames[i]);
+        let [mx, my] = frame.vector(body.centre_of_mass[0], body.centre_of_mass[1]);
+        let rx = point.x - (frame.x + mx + lane.leads[i][0]);
+        let ry = point.y - (frame.y + my + lane.leads[i][1]);
+        let scale = body.inverse_root / body.torque_radius;
+        [(rx * ny - ry * nx) * scale, (rx * nx + ry * ny) * scale, body.inverse_root]
+    }
+
     /// Makes a contact between body `a`, or the tip, and body `b`.
     #[allow(clippy::too_many_arguments)]
     fn add(
@@ -526,20 +587,11 @@ impl Found<'_> {
         let base = self.lane * LANE_SLOTS;
         self.reach(b, impulses);
         let [nx, ny] = normal;
-        let turning = |i: usize| {
-            let body = &self.model.bodies[i];
-            let frame = &lane.frames[i];
-            let [mx, my] = frame.vector(body.centre_of_mass[0], body.centre_of_mass[1]);
-            let rx = point.x - (frame.x + mx + lane.leads[i][0]);
-            let ry = point.y - (frame.y + my + lane.leads[i][1]);
-            let scale = body.inverse_root / body.torque_radius;
-            [(rx * ny - ry * nx) * scale, (rx * nx + ry * ny) * scale, body.inverse_root]
-        };
         let (slot_a, [turn_an, turn_at, root_a], friction) = match a {
-            Some(a) => (base + a, turning(a), self.model.bodies[a].friction),
+            Some(a) => (base + a, self.turning(lane, a, normal, &point), self.model.bodies[a].friction),
             None => (base + TIP_SLOT, [0.0; 3], self.model.tip_friction),
         };
-        let [turn_bn, turn_bt, root_b] = turning(b);
+        let [turn_bn, turn_bt, root_b] = self.turning(lane, b, normal, &point);
         let gap = if point.gap < 0.0 { point.gap * self.correction } else { point.gap };
         let want_n = gap - (nx * tip_move[0] + ny * tip_move[1]);
         let want_t = ny * tip_move[0] - nx * tip_move[1];

@@ -1,4 +1,4 @@
-//! A quasi-static engine of our own that runs eight pushes side by side.
+//! A quasi-static engine of our own that runs sixteen pushes side by side.
 
 mod lane;
 mod model;
@@ -14,7 +14,7 @@ use self::lane::{Lane, Shared};
 use self::model::Model;
 use self::sweep::{Constants, Cursor, Impulse, PUSHES, Record, SLOTS, sweep};
 use super::lanes::simd::WithSimd;
-use super::lanes::{self, InstructionSet, LANES, LaneWork, Simd8};
+use super::lanes::{self, Group, InstructionSet, LANES, LaneWork, One, Simd8};
 use super::transition::{PushJob, PushResult, PushStatus, Scratch, Transition};
 use crate::error::Result;
 use crate::run::Stop;
@@ -128,7 +128,7 @@ impl WithSimd for Call<'_> {
             impulses,
             idle,
             cursors: [Cursor::default(); PUSHES],
-            changes: [[0.0; LANES]; 2],
+            busy: 0,
             held: [0; PUSHES],
             jobs: self.jobs,
             results: self.results,
@@ -145,10 +145,41 @@ struct Work<'a, S> {
     impulses: &'a mut [Impulse; SLOTS],
     idle: &'a mut [[Record; 1]; PUSHES],
     cursors: [Cursor; PUSHES],
-    changes: [[f32; LANES]; 2],
+    /// The lanes that have a list of contacts, one bit each.
+    busy: u32,
     held: [usize; PUSHES],
     jobs: &'a [PushJob<'a>],
     results: &'a mut [PushResult],
+}
+
+impl<S: Simd8> Work<'_, S> {
+    /// Sweeps the busy lanes, of which there are at most `N`.
+    #[inline(always)]
+    fn sweep_group<const N: usize, G: Group<N>>(&mut self, group: G) -> u32 {
+        let mut idle = self.idle.iter_mut();
+        let mut lists: [&mut [Record]; N] =
+            std::array::from_fn(|_| idle.next().map_or(Default::default(), |i| i.as_mut_slice()));
+        let mut cursors = [Cursor::default(); N];
+        let mut lane_of = [0; N];
+        let mut next = 0;
+        for (l, lane) in self.lanes.iter_mut().enumerate() {
+            if self.busy >> l & 1 == 0 {
+                continue;
+            }
+            let k = if N == PUSHES { l } else { next };
+            next += 1;
+            if k < N {
+                (lists[k], cursors[k], lane_of[k]) = (lane.contacts.as_mut_slice(), self.cursors[l], l);
+            }
+        }
+        let finished = sweep(group, self.constants, &mut lists, &mut cursors, self.impulses);
+        let mut lanes = 0;
+        for (k, cursor) in cursors.iter().enumerate().filter(|(_, cursor)| cursor.len > 0) {
+            self.cursors[lane_of[k]] = *cursor;
+            lanes |= (finished >> k & 1) << lane_of[k];
+        }
+        lanes
+    }
 }
 
 impl<S: Simd8> LaneWork for Work<'_, S> {
@@ -158,24 +189,29 @@ impl<S: Simd8> LaneWork for Work<'_, S> {
         self.held[lane] = job;
         let (s, shared, jobs) = (self.simd, &self.shared, self.jobs);
         let (this, cursor) = (&mut self.lanes[lane], &mut self.cursors[lane]);
-        this.begin(s, shared, &jobs[job], &mut self.results[job], self.impulses, cursor)
+        let begun = this.begin(s, shared, &jobs[job], &mut self.results[job], self.impulses, cursor);
+        self.busy |= u32::from(begun) << lane;
+        begun
     }
 
     fn sweep(&mut self) -> u32 {
-        let (s, constants) = (self.simd, self.constants);
-        let (cursors, changes) = (&mut self.cursors, &mut self.changes);
-        let impulses = &mut *self.impulses;
-        let mut idle = self.idle.iter_mut();
-        let mut lanes = self.lanes.iter_mut();
-        let mut lists: [&mut [Record]; PUSHES] = std::array::from_fn(|l| {
-            let idle = idle.next().map_or(Default::default(), |i| i.as_mut_slice());
-            let busy = lanes.next().map_or(Default::default(), |lane| lane.contacts.as_mut_slice());
-            if cursors[l].len > 0 { busy } else { idle }
-        });
-        s.vectorize(
-            #[inline(always)]
-            || sweep(s, constants, &mut lists, cursors, changes, impulses),
-        )
+        let s = self.simd;
+        // A lane costs the same wherever it is swept; few lanes cost less in a narrow group.
+        match self.busy.count_ones() as usize {
+            0 => 0,
+            1 => s.vectorize(
+                #[inline(always)]
+                || self.sweep_group::<1, _>(One),
+            ),
+            2..=LANES => s.vectorize(
+                #[inline(always)]
+                || self.sweep_group::<LANES, _>(s),
+            ),
+            _ => s.vectorize(
+                #[inline(always)]
+                || self.sweep_group::<PUSHES, _>(s.wide()),
+            ),
+        }
     }
 
     fn advance(&mut self, lane: usize) -> bool {
@@ -186,6 +222,7 @@ impl<S: Simd8> LaneWork for Work<'_, S> {
 
     fn idle(&mut self, lane: usize) {
         self.cursors[lane] = Cursor::default();
+        self.busy &= !(1 << lane);
     }
 
     fn interrupt(&mut self, job: usize) {

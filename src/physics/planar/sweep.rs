@@ -1,11 +1,11 @@
-//! The contact solver: Gauss-Seidel over contacts, eight lanes at once, each in its own list.
+//! The contact solver: Gauss-Seidel over contacts, one, eight or sixteen lanes at once, each in its own list.
 //!
 //! Unknowns are the impulses (normal, tangential) of the contacts. A body with the sum P of its impulses (in scaled
 //! coordinates) moves by v = P max(0, 1 - phi/|P|), the gradient of the convex potential max(0, |P| - phi)^2 / 2, whose
 //! Hessian is s 1 + (1 - s) p p' with s = 1 - phi/|P| and p = P/|P|. A contact is solved by one Newton step with its
 //! exact 2x2 block of that Hessian, then projected onto its friction cone.
 
-use crate::physics::lanes::{LANES, Numbers, Simd8, Twice};
+use crate::physics::lanes::{Group, LANES, Numbers};
 
 /// Pushes side by side: two registers full.
 pub const PUSHES: usize = 2 * LANES;
@@ -52,13 +52,15 @@ pub type Impulse = [f32; 4];
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Cursor {
     /// The next contact.
-    pub at: usize,
+    pub at: u32,
     /// Contacts of the list; 0 for a lane that has nothing to do.
-    pub len: usize,
-    pub sweeps: usize,
-    pub most_sweeps: usize,
+    pub len: u32,
+    pub sweeps: u32,
+    pub most_sweeps: u32,
     /// Solved when no impulse changed by more in a sweep.
     pub tolerance: f32,
+    /// Greatest change of an impulse in the sweep that is under way.
+    pub change: f32,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -68,96 +70,96 @@ pub struct Constants {
 
 /// Works until the step of at least one lane is solved. The lanes that are, one bit each.
 #[inline(always)]
-pub fn sweep<S: Simd8>(
-    s: S,
+pub fn sweep<const N: usize, G: Group<N>>(
+    s: G,
     constants: Constants,
-    lists: &mut [&mut [Record]; PUSHES],
-    cursors: &mut [Cursor; PUSHES],
-    changes: &mut [[f32; LANES]; 2],
+    lists: &mut [&mut [Record]; N],
+    cursors: &mut [Cursor; N],
     impulses: &mut [Impulse; SLOTS],
 ) -> u32 {
     if cursors.iter().all(|cursor| cursor.len == 0) {
         return 0;
     }
-    let mut at: [usize; PUSHES] = std::array::from_fn(|l| cursors[l].at);
-    let len: [usize; PUSHES] = std::array::from_fn(|l| cursors[l].len);
+    let mut at: [u32; N] = std::array::from_fn(|l| cursors[l].at);
+    // A lane without a list stays at its only record and never comes to an end.
+    let len: [u32; N] = std::array::from_fn(|l| if cursors[l].len > 0 { cursors[l].len } else { u32::MAX });
+    let on: [u32; N] = std::array::from_fn(|l| u32::from(cursors[l].len > 0));
+    let mut greatest = s.join(&std::array::from_fn(|l| cursors[l].change));
     let mut finished = 0;
     while finished == 0 {
-        let greatest = [s.load(&changes[0]), s.load(&changes[1])];
-        let greatest = tick(s, constants, lists, &at, impulses, greatest);
-        *changes = [s.store(greatest[0]), s.store(greatest[1])];
-        for l in 0..PUSHES {
-            // A lane without a list stays at its only record.
-            let next = at[l] + 1;
-            at[l] = if len[l] > 0 { next } else { 0 };
-            if next == len[l] {
-                at[l] = 0;
-                let cursor = &mut cursors[l];
-                cursor.sweeps += 1;
-                let change = &mut changes[l / LANES][l % LANES];
-                if *change <= cursor.tolerance || cursor.sweeps >= cursor.most_sweeps {
-                    finished |= 1 << l;
-                }
-                *change = 0.0;
-            }
+        greatest = tick(s, constants, lists, &at, impulses, greatest);
+        let mut ended = 0u32;
+        for l in 0..N {
+            at[l] += on[l];
+            ended |= u32::from(at[l] == len[l]) << l;
         }
+        if ended == 0 {
+            continue;
+        }
+        let mut changes = s.split(greatest);
+        while ended != 0 {
+            let l = ended.trailing_zeros() as usize % N;
+            ended &= ended - 1;
+            at[l] = 0;
+            let cursor = &mut cursors[l];
+            cursor.sweeps += 1;
+            if changes[l] <= cursor.tolerance || cursor.sweeps >= cursor.most_sweeps {
+                finished |= 1 << l;
+            }
+            changes[l] = 0.0;
+        }
+        greatest = s.join(&changes);
     }
-    for (cursor, at) in cursors.iter_mut().zip(at) {
-        cursor.at = at;
+    let changes = s.split(greatest);
+    for (l, cursor) in cursors.iter_mut().enumerate() {
+        (cursor.at, cursor.change) = (at[l], changes[l]);
     }
     finished
 }
 
 /// One contact of every lane.
 #[inline(always)]
-fn tick<S: Simd8>(
-    simd: S,
+fn tick<const N: usize, G: Group<N>>(
+    s: G,
     constants: Constants,
-    lists: &mut [&mut [Record]; PUSHES],
-    at: &[usize; PUSHES],
+    lists: &mut [&mut [Record]; N],
+    at: &[u32; N],
     impulses: &mut [Impulse; SLOTS],
-    greatest: [S::F; 2],
-) -> [S::F; 2] {
-    let records: [&Record; PUSHES] = every(
+    greatest: G::F,
+) -> G::F {
+    let records: [&Record; N] = G::every(
         #[inline(always)]
-        |l| &lists[l][at[l]],
+        |l| &lists[l][at[l] as usize],
     );
-    let slots: [(usize, usize); PUSHES] = every(
+    let slots: [(usize, usize); N] = G::every(
         #[inline(always)]
         |l| records[l].slots(),
     );
-    let [nx, ny, turn_an, turn_at] = columns(
-        simd,
+    let [nx, ny, turn_an, turn_at] = s.gather(
         #[inline(always)]
         |l| records[l].0[0],
     );
-    let [turn_bn, turn_bt, root_a, root_b] = columns(
-        simd,
+    let [turn_bn, turn_bt, root_a, root_b] = s.gather(
         #[inline(always)]
         |l| records[l].0[1],
     );
-    let [want_n, want_t, friction, _] = columns(
-        simd,
+    let [want_n, want_t, friction, _] = s.gather(
         #[inline(always)]
         |l| records[l].0[2],
     );
-    let [old_n, old_t, mark0, mark1] = columns(
-        simd,
+    let [old_n, old_t, mark0, mark1] = s.gather(
         #[inline(always)]
         |l| records[l].0[3],
     );
-    let pa = columns(
-        simd,
+    let pa = s.gather(
         #[inline(always)]
         |l| impulses[slots[l].0],
     );
-    let pb = columns(
-        simd,
+    let pb = s.gather(
         #[inline(always)]
         |l| impulses[slots[l].1],
     );
 
-    let s = Twice(simd);
     let zero = s.splat(0.0);
     let one = s.splat(1.0);
     let least = s.splat(constants.least_slope);
@@ -187,41 +189,18 @@ fn tick<S: Simd8>(
     let (dn, dt) = (s.sub(new_n, old_n), s.sub(new_t, old_t));
     let (fx, fy) = (s.sub(s.mul(nx, dn), s.mul(ny, dt)), s.add(s.mul(ny, dn), s.mul(nx, dt)));
     let (za, zb) = (s.add(s.mul(turn_an, dn), s.mul(turn_at, dt)), s.add(s.mul(turn_bn, dn), s.mul(turn_bt, dt)));
-    let new_a = back(simd, [s.sub(pa[0], s.mul(fx, root_a)), s.sub(pa[1], s.mul(fy, root_a)), s.sub(pa[2], za), pa[3]]);
-    let new_b = back(simd, [s.add(pb[0], s.mul(fx, root_b)), s.add(pb[1], s.mul(fy, root_b)), s.add(pb[2], zb), pb[3]]);
-    let kept = back(simd, [new_n, new_t, mark0, mark1]);
-    // Written out, so that the numbers go from registers to their places.
-    macro_rules! write_back {
-        ($($l:literal)*) => {$(
-            impulses[slots[$l].0] = new_a[$l / LANES][$l % LANES];
-            impulses[slots[$l].1] = new_b[$l / LANES][$l % LANES];
-            lists[$l][at[$l]].0[3] = kept[$l / LANES][$l % LANES];
-        )*};
-    }
-    write_back!(0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15);
+    let new_a = s.scatter([s.sub(pa[0], s.mul(fx, root_a)), s.sub(pa[1], s.mul(fy, root_a)), s.sub(pa[2], za), pa[3]]);
+    let new_b = s.scatter([s.add(pb[0], s.mul(fx, root_b)), s.add(pb[1], s.mul(fy, root_b)), s.add(pb[2], zb), pb[3]]);
+    let kept = s.scatter([new_n, new_t, mark0, mark1]);
+    G::each(
+        #[inline(always)]
+        |l| {
+            impulses[slots[l].0] = new_a[l];
+            impulses[slots[l].1] = new_b[l];
+            lists[l][at[l] as usize].0[3] = kept[l];
+        },
+    );
     s.max(s.max(s.abs(dn), s.abs(dt)), greatest)
-}
-
-/// What `of` gives for every lane, without a detour through memory.
-#[inline(always)]
-fn every<T>(of: impl Fn(usize) -> T) -> [T; PUSHES] {
-    let o = of;
-    [o(0), o(1), o(2), o(3), o(4), o(5), o(6), o(7), o(8), o(9), o(10), o(11), o(12), o(13), o(14), o(15)]
-}
-
-/// The columns of a row of every lane.
-#[inline(always)]
-fn columns<S: Simd8>(s: S, row: impl Fn(usize) -> [f32; 4]) -> [[S::F; 2]; 4] {
-    let r = row;
-    let a = s.columns([r(0), r(1), r(2), r(3), r(4), r(5), r(6), r(7)]);
-    let b = s.columns([r(8), r(9), r(10), r(11), r(12), r(13), r(14), r(15)]);
-    [[a[0], b[0]], [a[1], b[1]], [a[2], b[2]], [a[3], b[3]]]
-}
-
-/// The rows of both groups of lanes.
-#[inline(always)]
-fn back<S: Simd8>(s: S, c: [[S::F; 2]; 4]) -> [[[f32; 4]; LANES]; 2] {
-    [s.rows([c[0][0], c[1][0], c[2][0], c[3][0]]), s.rows([c[0][1], c[1][1], c[2][1], c[3][1]])]
 }
 
 /// What a body with the impulse `p` contributes to a contact: its motion along the normal and the tangent, and the
