@@ -4,8 +4,7 @@ use super::settings::PrismSettings;
 use crate::geom::{Footprint, Piece, Vec2};
 use crate::scene::Scene;
 
-/// The simulation's floating-point type. Single precision measures the same fidelity as double
-/// (`docs/engines-prism.md`) and twice as many numbers fit a register.
+/// The simulation's floating-point type: eight single-precision numbers fit a register.
 pub type Real = f32;
 
 /// A point or vector in the plane.
