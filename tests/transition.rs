@@ -213,20 +213,27 @@ fn the_outcome_turns_with_the_world() {
     workspace.workspace(Workspace::rectangle(vec2(-1.0, -1.0), vec2(2.0, 1.0)));
     let scene = Arc::new(workspace.build().unwrap());
     for engine in engines(&scene) {
-        let (mut close, mut moved) = (0, 0);
+        let (mut same_pushes, mut same_bodies, mut moved) = (0, 0, 0);
         for p in &pushes {
             let plain = run(&*engine, &state, p).state;
             let turned = State::new((0..state.len()).map(|i| turn.compose(&state.pose(i))));
             let q = Push::new(turn.transform_point(p.start()), turn.transform_point(p.end()));
             let other = run(&*engine, &turned, &q).state;
+            let apart = |i: usize| (turn.compose(&plain.pose(i)).position() - other.pose(i).position()).norm();
+            same_pushes += usize::from((0..state.len()).all(|i| apart(i) < 2e-3));
             for i in (0..state.len()).filter(|&i| plain.poses()[i] != state.poses()[i]) {
-                let apart = (turn.compose(&plain.pose(i)).position() - other.pose(i).position()).norm();
                 moved += 1;
-                close += usize::from(apart < 3e-3);
+                same_bodies += usize::from(apart(i) < 3e-3);
             }
         }
-        // Packed bodies are chaotic: in Bullet a push repeated after rounding ends 1.6 mm away on average.
-        assert!(moved > 24 && close * 2 >= moved, "{}: {close} of {moved} moved bodies agree", engine.name());
+        let name = engine.name();
+        if name.starts_with("rapier") || name.starts_with("planar") {
+            assert!(same_pushes * 4 >= pushes.len() * 3, "{name}: {same_pushes} of {} agree", pushes.len());
+        } else {
+            // In Bullet a push repeated after rounding ends 1.6 mm away on average, and its friction with the ground
+            // knows the world's axes.
+            assert!(moved > 24 && same_bodies * 2 >= moved, "{name}: {same_bodies} of {moved} moved bodies agree");
+        }
     }
 }
 
