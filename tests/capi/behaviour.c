@@ -340,6 +340,7 @@ static void jobs(jostle_context *context)
     options.max_seconds = 60;
     options.execute_score = options.solved_score = 1;
     options.lanes = 4, options.max_depth = 2; /* short iterations */
+    options.engine = "rapier", options.preset = "fine"; /* slow enough that the search does not come to its end before */
     scene = packed(context, &target);
     MUST(jostle_planner_new(context, &options, &planner));
     jostle_cancel *cancel = NULL, *copy = NULL;
