@@ -24,7 +24,7 @@ pub struct GraspMotion {
     pub close_speed: f64,
     /// Force of each finger, newton. The default holds 0.9 kg where pad and body have a friction of 0.45. A greater one
     /// makes the fingers heavy against the bodies, and Bullet's sweeps converge less: with 40 N bodies of 25 g are squeezed
-    /// out of grips that hold with 5, 10 and 20 N.
+    /// out of grips that hold with 5 and 10 N.
     pub grip_force: f64,
     /// How far the fingers rise.
     pub lift: f64,
