@@ -7,6 +7,8 @@ mod args;
 mod bench_path;
 mod bench_push;
 mod bench_search;
+mod clear;
+mod clear_suite;
 mod crosscheck;
 mod fidelity;
 mod generate;
