@@ -152,7 +152,9 @@ impl ClutterGenerator {
         let mut placed: Vec<(Footprint, Pose2)> = Vec::new();
         let mut defs = Vec::new();
         while placed.len() < count {
-            let def = self.body(draw)?.named(format!("{}", placed.len()));
+            let def = self.body(draw)?;
+            let name = format!("{} {}", def.name, placed.len());
+            let def = def.named(name);
             let footprint = Footprint::new(def.shape.clone())?;
             let slides = draw.chance(self.params.slides);
             let free = |pose: &Pose2| {
@@ -279,16 +281,17 @@ impl ClutterGenerator {
     }
 }
 
-/// Half of the time a block; else a rectangle, a disc or a convex polygon, 30 to 50 mm tall.
+/// Half of the time a block; else a rectangle, a disc or a convex polygon, 30 to 50 mm tall. Named after its kind.
 fn random_body(draw: &mut Stream) -> Result<BodyDef> {
     if draw.chance(0.5) {
-        return library::block(BLOCKS[draw.index(BLOCKS.len())]);
+        let name = BLOCKS[draw.index(BLOCKS.len())];
+        return Ok(library::block(name)?.named(name));
     }
     // Whole tenths of a millimetre, as one would measure.
     let tenths = |metres: f64| (metres * 1e4).round() / 1e4;
-    let shape = match draw.index(3) {
-        0 => Shape::rectangle(tenths(draw.uniform(0.025, 0.065)), tenths(draw.uniform(0.025, 0.075))),
-        1 => Shape::Disc { radius: tenths(draw.uniform(0.0125, 0.032)) },
+    let (name, shape) = match draw.index(3) {
+        0 => ("box", Shape::rectangle(tenths(draw.uniform(0.025, 0.065)), tenths(draw.uniform(0.025, 0.075)))),
+        1 => ("disc", Shape::Disc { radius: tenths(draw.uniform(0.0125, 0.032)) }),
         _ => {
             let corners = 5 + draw.index(4);
             let [a, b] = [draw.uniform(0.02, 0.035), draw.uniform(0.016, 0.03)];
@@ -298,11 +301,11 @@ fn random_body(draw: &mut Stream) -> Result<BodyDef> {
                     vec2(tenths(a * angle.cos()), tenths(b * angle.sin()))
                 })
                 .collect();
-            Shape::ConvexPolygon(convex_hull(&points).iter().map(|p| [p.x, p.y]).collect())
+            ("polygon", Shape::ConvexPolygon(convex_hull(&points).iter().map(|p| [p.x, p.y]).collect()))
         }
     };
     let area = Footprint::new(shape.clone())?.area;
-    let mut def = BodyDef::new(shape);
+    let mut def = BodyDef::new(shape).named(name);
     def.mass = (DENSITY * area * 1e3).round() / 1e3;
     def.height = (draw.uniform(0.03, 0.05) * 1e3).round() / 1e3;
     Ok(def)

@@ -222,6 +222,7 @@ impl ClearPlanner {
             PushChoice::Judged => self.best_push(parts, state, budget, control, stop, plan)?,
         };
         let rule = &self.recipe.rule;
+        let limited = plan.outcome == Outcome::Budget;
         let least = match (&chosen, rule.worth) {
             // Whatever is left to try.
             (None, _) => Some(0.0),
@@ -238,9 +239,9 @@ impl ClearPlanner {
             && best(remaining, &|body| least.max(self.demand[body]), &found).is_some()
         {
             self.take(parts, state, remaining, least, &mut found, plan);
+            // What comes after a grasp that is not good enough by itself is decided then.
             plan.actions.truncate(1);
-            plan.outcome =
-                if parts.remaining(&plan.actions[0].predicted).is_empty() { Outcome::Solved } else { Outcome::Partial };
+            plan.outcome = outcome(parts, plan, limited);
         } else if let Some(chosen) = chosen {
             let Chosen { judged, predicted, push } = chosen;
             plan.actions.push(PlannedAction {
@@ -252,8 +253,8 @@ impl ClearPlanner {
             parts.assess_all(scorer.as_mut(), &[&predicted], remaining, &mut found);
             let taken = take_in_turn(parts, scorer.as_mut(), &predicted, remaining, |_| enough, &mut found);
             list(plan, taken);
-            plan.outcome = if ends_empty(parts, plan) { Outcome::Solved } else { Outcome::Partial };
-        } else if stop.requested() {
+            plan.outcome = outcome(parts, plan, limited);
+        } else if limited || stop.requested() {
             plan.outcome = Outcome::Budget;
         }
         self.found = found;
@@ -273,7 +274,7 @@ impl ClearPlanner {
         let mut scorer = parts.scorer.scratch();
         let enough = |body: usize| least.max(self.demand[body]);
         list(plan, take_in_turn(parts, scorer.as_mut(), state, remaining, enough, found));
-        plan.outcome = if ends_empty(parts, plan) { Outcome::Solved } else { Outcome::Partial };
+        plan.outcome = outcome(parts, plan, false);
     }
 
     /// Every push that may be tried, in a random order; those of several lengths side by side.
@@ -394,9 +395,13 @@ fn list(plan: &mut Plan, taken: Vec<(Grasp, State)>) {
     }));
 }
 
-/// The plan leaves nothing to be taken.
-fn ends_empty(parts: &ClearParts, plan: &Plan) -> bool {
-    plan.actions.last().is_some_and(|last| parts.remaining(&last.predicted).is_empty())
+/// Solved if the plan leaves nothing to be taken. `limited` says that a limit was reached before all was tried.
+fn outcome(parts: &ClearParts, plan: &Plan, limited: bool) -> Outcome {
+    match plan.actions.last() {
+        Some(last) if parts.remaining(&last.predicted).is_empty() => Outcome::Solved,
+        _ if limited => Outcome::Budget,
+        _ => Outcome::Partial,
+    }
 }
 
 fn considered(candidates: &[Candidate], ranked: &[Judged]) -> Vec<RankedAction> {
