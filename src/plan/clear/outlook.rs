@@ -1,7 +1,8 @@
 //! What a state promises: which bodies can be taken, and how well.
 //!
 //! Taking a body never hinders the grasp of another, for bodies are in each other's way only. So which bodies can be
-//! taken one after the other does not depend on the order; best first gives every grasp the most room it can have.
+//! taken one after the other does not depend on the order (but for a hair where a score is just good enough); best first
+//! gives every grasp the most room it can have.
 
 use std::any::Any;
 
