@@ -10,10 +10,12 @@
 //! * `Tuned`, the default: every grasp that is good enough to be executed is, the best first, for each body needs one grasp
 //!   in any case, and pushes do more the fewer bodies are left. Where none is, the push after which most bodies can be
 //!   taken one after the other, of several lengths, is sought with `planar`; the best are tried in `prism`, in several
-//!   worlds that differ by the noise of a camera. No push brings a body near the workspace's edge.
+//!   worlds that differ by the noise of a camera. No push brings a body near the workspace's edge. Grasps are scored for
+//!   what Bullet shows of them: a short face holds, a turned body less well.
 
 use super::options::{ClearOptions, ClearRule, PushChoice, PushWorth};
 use crate::error::{Error, Result};
+use crate::grasp::{GraspParams, GraspScore};
 use crate::physics::{PhysicsOptions, Purpose};
 use crate::plan::{Confirm, Variant};
 
@@ -27,6 +29,8 @@ pub(super) struct Recipe {
     pub confirm: Option<PhysicsOptions>,
     /// Name of the push sampler.
     pub sampler: &'static str,
+    /// How the geometric test scores grasps.
+    pub grasp: GraspParams,
 }
 
 /// The planner's own recipe with what the options change in it.
@@ -97,7 +101,18 @@ fn greedy(options: &ClearOptions) -> Result<Recipe> {
             Variant::Dissertation | Variant::Code => None,
         },
         sampler: "dense",
+        grasp: match options.variant {
+            Variant::Tuned => GraspParams { score: tuned_score(), ..GraspParams::default() },
+            Variant::Dissertation | Variant::Code => GraspParams::default(),
+        },
     })
+}
+
+/// The usual score marks short faces down for the robot of the originals, and hardly turns of 11 degrees. Of grasps
+/// executed in Bullet in tight packs, 3 of 15 that turned the body by 11 degrees missed, and none of 58 that lay flat,
+/// short faces among them.
+fn tuned_score() -> GraspScore {
+    GraspScore { full_face: 0.022, full_turn: 30f64.to_radians(), ..GraspScore::default() }
 }
 
 /// Grasps as the tuned form does.

@@ -7,7 +7,7 @@ use super::greedy::Recipe;
 use super::options::ClearOptions;
 use crate::action::{ContourSampler, PushSampler};
 use crate::error::Result;
-use crate::grasp::{GeometricScorer, GraspAssessment, GraspParams, Scorer};
+use crate::grasp::{GeometricScorer, GraspAssessment, Scorer};
 use crate::physics::{self, PushResult, Scratch as EngineScratch, Transition};
 use crate::scene::{Mask, Scene, State};
 
@@ -42,7 +42,7 @@ impl ClearParts {
             engine: physics::engine(&recipe.physics, Arc::clone(scene))?,
             confirming: recipe.confirm.as_ref().map(|p| physics::engine(p, Arc::clone(scene))).transpose()?,
             sampler: Box::new(sampler(options, recipe)?.prepared(scene)),
-            scorer: Box::new(GeometricScorer::new(scene, GraspParams::default())?),
+            scorer: Box::new(GeometricScorer::new(scene, recipe.grasp.clone())?),
         })
     }
 
