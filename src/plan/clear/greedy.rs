@@ -108,11 +108,11 @@ fn greedy(options: &ClearOptions) -> Result<Recipe> {
     })
 }
 
-/// The usual score marks short faces down for the robot of the originals, and hardly turns of 11 degrees. Of grasps
-/// executed in Bullet in tight packs, 3 of 15 that turned the body by 11 degrees missed, and none of 58 that lay flat,
-/// short faces among them.
+/// The usual score marks short faces down for the robot of the originals, and hardly a turn of 11 degrees or a clearance of
+/// 1 mm. Of 216 grasps executed in Bullet in tight packs, observed with noise of 1 mm and 1 degree, the ten that missed were
+/// turns of long bodies by 11 degrees or more, and grasps of a cylinder beside which 1 mm was free; the short faces held.
 fn tuned_score() -> GraspScore {
-    GraspScore { full_face: 0.022, full_turn: 30f64.to_radians(), ..GraspScore::default() }
+    GraspScore { full_face: 0.022, full_turn: 30f64.to_radians(), clearance_floor: 0.0, ..GraspScore::default() }
 }
 
 /// Grasps as the tuned form does.
