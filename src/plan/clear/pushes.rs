@@ -117,8 +117,8 @@ impl Judging<'_> {
         self.parts.assess_all(scorer.as_mut(), &states, which, found);
         let count = states.len();
         let enough = if self.rule.worth == PushWorth::Freed { self.enough } else { f64::INFINITY };
-        let mut k = 0;
-        for (candidate, _) in group.iter_mut().zip(&useful).filter(|(_, useful)| **useful) {
+        let useful = group.iter_mut().zip(&useful).filter(|(_, useful)| **useful);
+        for (k, (candidate, _)) in useful.enumerate() {
             if self.stop.requested() {
                 candidate.done = false;
             } else {
@@ -127,7 +127,6 @@ impl Judging<'_> {
                 let outlook = Outlook::new(self.parts, scorer.as_mut(), state, which, enough, of);
                 candidate.outlook = Some(outlook);
             }
-            k += 1;
         }
     }
 
