@@ -268,6 +268,9 @@ pub struct RunArgs {
     /// Runs of hbfs with seeds of their own, of which the best counts (rearrangements)
     #[arg(long, default_value_t = 1, value_name = "N")]
     pub seeds: usize,
+    /// The ablation of pmmr without R_b, the reward of the initial state that is subtracted (rearrangements)
+    #[arg(long)]
+    pub no_base_reward: bool,
     /// Conventions for original test cases and generated problems
     #[arg(long, value_enum, default_value = "auto")]
     pub profile: ProfileArg,
