@@ -21,6 +21,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("plan", &["error", "geom", "scene", "action", "physics", "grasp", "motion", "search", "run"]),
     ("record", &["error", "geom", "scene", "action", "plan"]),
     ("eval", &["error", "geom", "scene", "action", "physics", "grasp", "motion", "search", "run", "plan"]),
+    ("datagen", &["error", "geom", "scene", "action", "physics", "grasp", "motion", "search", "run", "plan", "eval"]),
     (
         "ffi",
         &["error", "geom", "scene", "action", "physics", "grasp", "motion", "search", "run", "plan", "eval", "record"],

@@ -1,0 +1,24 @@
+//! Training data for the networks: states, what was done and what came of it, in shards with a manifest.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `shapes` | the family of shapes, and which of them a network may learn from |
+//! | `scenes` | packed, loose and mixed scenes of them |
+//! | `push` | pushes and the motion of every body |
+//! | `columns` | what all kinds of data have in common |
+//! | `store` | shards, manifest, going on where an earlier run ended |
+//! | `tensors` | the safetensors format |
+//!
+//! `docs/training-data.md` describes every field.
+
+mod columns;
+mod push;
+mod scenes;
+mod shapes;
+mod store;
+mod tensors;
+
+pub use push::{PushParams, push};
+pub use scenes::{SceneMaker, SceneMix, SceneParams, TrainingScene, WIDTH};
+pub use shapes::{FamilyShape, OUTLINE_POINTS, ShapeFamily, Split, outline_points};
+pub use store::{MANIFEST, MAX_SHARD, Made, Manifest, SHAPES, ShapesEntry, ShardEntry, Statistics, StoreParams};
