@@ -1,8 +1,8 @@
 //! jostle: planning for robots that work in clutter.
 //!
 //! The map, in dependency order (`ARCHITECTURE.md` explains it; a test holds the code to it):
-//! `error` <- `geom` <- `scene` <- `action` <- {`physics`, `grasp`, `motion`} <- `plan` <- {`eval`, `record`} <- {`datagen`,
-//! `ffi`}.
+//! `error` <- `geom` <- `scene` <- `action` <- `vision` <- {`physics`, `grasp`, `motion`} <- `plan` <- {`eval`, `record`}
+//! <- {`datagen`, `ffi`}.
 //! `search` and `run` stand aside: they know only `error`.
 
 #![deny(unsafe_code)]
@@ -22,6 +22,7 @@ pub mod record;
 pub mod run;
 pub mod scene;
 pub mod search;
+pub mod vision;
 
 pub use error::{Error, Result};
 
