@@ -101,14 +101,14 @@ pub(super) struct PushWorker {
     samplers: Vec<Box<dyn PushSampler>>,
     sampling: SamplerScratch,
     sampled: Vec<Push>,
-    pushes: Vec<Push>,
-    results: Vec<PushResult>,
+    pub pushes: Vec<Push>,
+    pub results: Vec<PushResult>,
     guesses: Vec<PushResult>,
     scratches: Option<[Scratch; 2]>,
 }
 
 impl PushWorker {
-    fn new() -> Result<PushWorker> {
+    pub fn new() -> Result<PushWorker> {
         // Together they have all lengths of the published planners: 74, 100, 50 and 100 mm.
         let samplers: Result<Vec<_>> =
             ["vft", "more", "pmbs_contour", "dense"].map(sampler::by_name).into_iter().collect();
@@ -124,7 +124,7 @@ impl PushWorker {
     }
 
     /// Fills `pushes`: those of a sampler in random order, completed by random ones.
-    fn propose(&mut self, scene: &Scene, state: &State, wanted: usize, sampled: bool, random: &mut Stream) {
+    pub fn propose(&mut self, scene: &Scene, state: &State, wanted: usize, sampled: bool, random: &mut Stream) {
         self.pushes.clear();
         if sampled {
             let sampler = &self.samplers[random.index(self.samplers.len())];
@@ -257,7 +257,7 @@ impl Task for PushTask {
 }
 
 /// Executes pushes from one state.
-fn run(
+pub(super) fn run(
     engine: &dyn Transition,
     scratch: &mut Scratch,
     state: &State,

@@ -49,6 +49,12 @@ pub enum Command {
 pub enum DatagenCommand {
     /// Pushes in packed and loose scenes, and the motion of every body
     Push(DatagenPushArgs),
+    /// States and the value of every push, by a search
+    Ppn(DatagenPpnArgs),
+    /// Targets, their best grasp, and the score of every grasp on a grid
+    Grasp(DatagenGraspArgs),
+    /// Label images of whole scenes
+    Segment(DatagenSegmentArgs),
 }
 
 /// Where training data goes, and what it depends on whatever its kind.
@@ -80,6 +86,61 @@ pub struct DatagenArgs {
     pub shape_seed: u64,
     #[command(flatten)]
     pub json: JsonArgs,
+}
+
+#[derive(Debug, Args)]
+pub struct DatagenPpnArgs {
+    #[command(flatten)]
+    pub data: DatagenArgs,
+    /// Scenes: the generator's packed blocks, or the mixture that pushes are made in
+    #[arg(long, value_enum, default_value = "generated")]
+    pub from: FromArg,
+    /// Iterations of a search
+    #[arg(long, default_value_t = 300, value_name = "N")]
+    pub iterations: u64,
+    /// Push sampler
+    #[arg(long, default_value = "more", value_name = "NAME")]
+    pub sampler: String,
+    /// States of a scene, each led to by a push from the one before
+    #[arg(long, default_value_t = 2, value_name = "N")]
+    pub states: usize,
+}
+
+/// Scenes of training data.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum FromArg {
+    /// Packed blocks of the library; a tenth of the scenes is for validation, a tenth for tests
+    Generated,
+    /// Blocks and drawn shapes, packed and loose; the splits share no shape
+    Mixed,
+}
+
+#[derive(Debug, Args)]
+pub struct DatagenGraspArgs {
+    #[command(flatten)]
+    pub data: DatagenArgs,
+    /// States of a scene, each led to by a push from the one before
+    #[arg(long, default_value_t = 3, value_name = "N")]
+    pub states: usize,
+    /// Targets of a state
+    #[arg(long, default_value_t = 2, value_name = "N")]
+    pub targets: usize,
+    /// What the labels come from: geometric, or an engine that tries out a share of the best grasps as well: bullet or
+    /// bullet:PRESET
+    #[arg(long, default_value = "geometric", value_name = "SOURCE")]
+    pub label: String,
+    /// Share of the best grasps that the engine tries out
+    #[arg(long, default_value_t = 0.1, value_name = "SHARE", allow_negative_numbers = true)]
+    pub trial_share: f64,
+}
+
+#[derive(Debug, Args)]
+pub struct DatagenSegmentArgs {
+    #[command(flatten)]
+    pub data: DatagenArgs,
+    /// States of a scene, each led to by a push from the one before
+    #[arg(long, default_value_t = 2, value_name = "N")]
+    pub states: usize,
 }
 
 #[derive(Debug, Args)]
