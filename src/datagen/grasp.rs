@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use super::columns::{Bodies, Columns};
 use super::push::{PushWorker, note, run};
-use super::scenes::{SceneMaker, SceneParams, TrainingScene, WIDTH};
+use super::scenes::{SceneMaker, SceneMix, SceneParams, TrainingScene, WIDTH};
 use super::shapes::ShapeFamily;
 use super::store::{self, Made, Manifest, SceneRows, Statistics, StoreParams, Task};
 use super::tensors::{Data, Tensor};
@@ -32,6 +32,8 @@ pub const GRASP_PIXEL: f64 = 0.002;
 pub const GRASP_ANGLES: usize = 16;
 /// Cells on each side of the grasp map, each of two by two pixels.
 pub const GRASP_CELLS: usize = GRASP_SIZE / 2;
+/// Share of the choices that ask for a target that cannot be grasped: most can, and half of the rows should not.
+const HELD: f64 = 0.7;
 /// Share of the choices of a target that go to the more doubtful of two.
 const DOUBTFUL: f64 = 0.6;
 /// Pushes of which one makes the next state.
@@ -52,8 +54,12 @@ pub struct GraspDataParams {
 }
 
 impl Default for GraspDataParams {
+    /// Mostly packs: in loose scenes nearly every body can be grasped.
     fn default() -> Self {
-        GraspDataParams { scenes: SceneParams::default(), states: 3, targets: 2, trials: None, trial_share: 0.1 }
+        let usual = SceneParams::default();
+        let mix = SceneMix { generated: 0.45, packed: 0.35, loose: 0.08, mixed: 0.12, ..usual.mix };
+        let scenes = SceneParams { bodies: 2..=WIDTH, mix, ..usual };
+        GraspDataParams { scenes, states: 3, targets: 3, trials: None, trial_share: 0.1 }
     }
 }
 
@@ -173,7 +179,7 @@ impl Task for GraspTask {
                 .map(|body| (body, tools.test.assess(scene, &state, body, &mut worker.grasps)))
                 .collect();
             for _ in 0..self.params.targets.min(scene.len()) {
-                let Some(place) = choose(&assessed, &mut random) else { break };
+                let Some(place) = choose(&assessed, &mut random) else { continue };
                 let (target, assessment) = assessed.swap_remove(place);
                 let row = self.row(&tools, worker, &state, target, &assessment, number, &mut random, stop)?;
                 count(&mut out.statistics, &row, &assessment, made.split.name());
@@ -296,18 +302,12 @@ pub(super) fn heights(scene: &Scene) -> [f32; WIDTH] {
     heights
 }
 
-/// Place of the next target: graspable or not with equal chance where there are both, and rather one that is nearly
-/// the other.
+/// Place of the next target: one that can be grasped or one that cannot, whichever is drawn, and rather one that is nearly
+/// the other. None where there is no such body.
 fn choose(assessed: &[(usize, GraspAssessment)], random: &mut Stream) -> Option<usize> {
     let threshold = GraspDecision::default().execute_score;
-    let wanted = random.chance(0.5);
-    let of = |graspable: bool| -> Vec<usize> {
-        (0..assessed.len()).filter(|&i| (assessed[i].1.score >= threshold) == graspable).collect()
-    };
-    let mut places = of(wanted);
-    if places.is_empty() {
-        places = of(!wanted);
-    }
+    let wanted = !random.chance(HELD);
+    let places: Vec<usize> = (0..assessed.len()).filter(|&i| (assessed[i].1.score >= threshold) == wanted).collect();
     if places.is_empty() {
         return None;
     }

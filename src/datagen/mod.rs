@@ -23,6 +23,8 @@ mod segment;
 mod shapes;
 mod store;
 mod tensors;
+#[cfg(test)]
+mod tests;
 
 pub use grasp::{GRASP_ANGLES, GRASP_CELLS, GRASP_PIXEL, GRASP_SIZE, GraspDataParams, grasp};
 pub use ppn::{PpnParams, ppn};
