@@ -15,6 +15,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("geom", &["error"]),
     ("scene", &["error", "geom", "run"]),
     ("action", &["error", "geom", "scene", "run"]),
+    ("vision", &["error", "geom", "scene", "action", "run"]),
     ("physics", &["error", "geom", "scene", "action", "run"]),
     ("grasp", &["error", "geom", "scene", "action", "run"]),
     ("motion", &["error", "geom", "scene", "run"]),
@@ -22,8 +23,15 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("record", &["error", "geom", "scene", "action", "plan"]),
     ("eval", &["error", "geom", "scene", "action", "physics", "grasp", "motion", "search", "run", "plan"]),
     (
+        "datagen",
+        &["error", "geom", "scene", "action", "vision", "physics", "grasp", "motion", "search", "run", "plan", "eval"],
+    ),
+    (
         "ffi",
-        &["error", "geom", "scene", "action", "physics", "grasp", "motion", "search", "run", "plan", "eval", "record"],
+        &[
+            "error", "geom", "scene", "action", "vision", "physics", "grasp", "motion", "search", "run", "plan",
+            "eval", "record",
+        ],
     ),
 ];
 

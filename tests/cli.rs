@@ -421,6 +421,10 @@ fn the_document_holds_the_help() {
         "bench search",
         "bench path",
         "render",
+        "datagen push",
+        "datagen ppn",
+        "datagen grasp",
+        "datagen segment",
     ];
     for command in commands {
         let words: Vec<&str> = command.split_whitespace().chain(["--help"]).collect();

@@ -8,6 +8,7 @@ mod bench_path;
 mod bench_push;
 mod bench_search;
 mod crosscheck;
+mod datagen;
 mod fidelity;
 mod generate;
 mod output;
@@ -54,5 +55,6 @@ fn command() -> Outcome<()> {
         Command::Bench(BenchCommand::Search(args)) => bench_search::run(&args),
         Command::Bench(BenchCommand::Path(args)) => bench_path::run(&args),
         Command::Render(args) => render::run(&args),
+        Command::Datagen(command) => datagen::run(&command),
     }
 }
