@@ -10,13 +10,19 @@ mod assign;
 mod frame;
 mod image;
 mod matching;
+#[cfg(test)]
+mod matching_tests;
 mod pixel_map;
 mod raster;
 #[cfg(test)]
 mod raster_tests;
 mod regions;
 mod shapes;
+#[cfg(test)]
+mod shapes_tests;
 mod simplify;
+#[cfg(test)]
+mod testing;
 
 pub use frame::{Frame, MAX_SIDE, centre_of};
 pub use image::{Image, ImageMut};

@@ -166,7 +166,7 @@ fn refit(outline: &[Vec2], kept: &[usize], tolerance: f64) -> Vec<Vec2> {
         .map(|k| {
             let (from, to) = run(outline, kept[k], kept[(k + 1) % count]);
             // Near the corners the outline is rounded off.
-            let trim = if to - from > 8 { 2 } else { 0 };
+            let trim = ((to - from) / 5).min(2);
             fit_line((from + trim..=to - trim).map(|i| outline[i % n]), outline[to % n] - outline[from])
         })
         .collect();
