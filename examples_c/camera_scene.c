@@ -140,7 +140,7 @@ int main(void)
         }
         if (seen[k].seen != JOSTLE_SEEN_BODY || nearest > worst) worst = nearest;
     }
-    printf("%u blocks matched, %s\n", (unsigned)count, worst < 1e-3 ? "all within 1 mm" : "some farther than 1 mm off");
+    printf("%u blocks matched, %s\n", (unsigned)count, worst < 2e-3 ? "all within a pixel" : "some farther off");
     puts(retrieved ? "retrieved" : "not retrieved");
 
 done: /* in any order; null is fine */

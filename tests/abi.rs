@@ -57,7 +57,7 @@ fn rust_layout() -> String {
         jostle_goal { struct_size, symmetry, pose, position_tolerance, rotation_tolerance },
         jostle_image_frame { pose, pixel, rows, cols },
         jostle_pixel_map { origin, column, row },
-        jostle_camera_image { struct_size, reserved, rows, cols, labels, label_stride, heights, height_stride, map },
+        jostle_camera_image { struct_size, reserved, rows, cols, labels, label_stride, masks, mask_count, mask_stride, mask_plane_stride, heights, height_stride, map },
         jostle_image_options { struct_size, at_border, tolerance, min_area, height_quantile, height, mass, friction, greatest_cost, discs, reserved },
         jostle_seen_body { body, pose, label, seen, deviation, hole_pixels, dropped_pixels },
         jostle_progress { struct_size, solution_actions, iterations, nodes, simulations, best_value, elapsed_seconds },

@@ -25,10 +25,19 @@ pub struct jostle_camera_image {
     pub rows: usize,
     /// At most 16384.
     pub cols: usize,
-    /// Which body each pixel shows, from a segmentation: 0 for the table, 1 to 255 for bodies.
+    /// Which body each pixel shows, from a segmentation: 0 for the table, 1 to 255 for bodies. Null if there are masks.
     pub labels: *const u8,
     /// From a row of labels to the next, bytes.
     pub label_stride: usize,
+    /// In place of labels, a mask for each body, one after the other: 0 where a pixel does not show it. The mask at k
+    /// counts as label k + 1. Masks may overlap.
+    pub masks: *const u8,
+    /// At most 255.
+    pub mask_count: usize,
+    /// From a row of a mask to the next, bytes.
+    pub mask_stride: usize,
+    /// From a mask to the next, bytes.
+    pub mask_plane_stride: usize,
     /// Height of what each pixel shows above the table, metres; NaN, 0 and less where it is not known. May be null.
     pub heights: *const f32,
     /// From a row of heights to the next, bytes.
@@ -40,7 +49,7 @@ pub struct jostle_camera_image {
 // SAFETY: repr(C), struct_size first, numbers and pointers without padding.
 unsafe impl Sized32 for jostle_camera_image {
     const NAME: &'static str = "jostle_camera_image";
-    const FIRST_SIZE: usize = 104;
+    const FIRST_SIZE: usize = 136;
     fn defaults() -> Self {
         jostle_camera_image {
             struct_size: size_of::<Self>() as u32,
@@ -49,6 +58,10 @@ unsafe impl Sized32 for jostle_camera_image {
             cols: 0,
             labels: std::ptr::null(),
             label_stride: 0,
+            masks: std::ptr::null(),
+            mask_count: 0,
+            mask_stride: 0,
+            mask_plane_stride: 0,
             heights: std::ptr::null(),
             height_stride: 0,
             map: jostle_pixel_map {
@@ -181,8 +194,13 @@ pub unsafe extern "C" fn jostle_image_options_init(options: *mut jostle_image_op
     guard("jostle_image_options_init", |_| unsafe { init_sized(options, "options", size) })
 }
 
+enum Segments<'a> {
+    Labels(Image<'a, u8>),
+    Masks(Vec<Image<'a, u8>>),
+}
+
 struct Given<'a> {
-    labels: Image<'a, u8>,
+    segments: Segments<'a>,
     heights: Option<Image<'a, f32>>,
     map: PixelMap,
     shapes: ShapeOptions,
@@ -202,11 +220,8 @@ unsafe fn read_given<'a>(
             return Err(Failure::argument(field, format!("is {side}; it must lie in 1..={MAX_SIDE}")));
         }
     }
-    if image.labels.is_null() {
-        return Err(Failure::null("image.labels"));
-    }
     // SAFETY: as promised by the caller.
-    let labels = unsafe { view(image.labels, &image, image.label_stride, "image.labels") }?;
+    let segments = unsafe { read_segments(&image) }?;
     let heights = match image.heights.is_null() {
         true => None,
         // SAFETY: as promised by the caller.
@@ -239,7 +254,39 @@ unsafe fn read_given<'a>(
     })?;
     let matching = MatchOptions { greatest_cost: given.greatest_cost };
     crate::error::check_range("options.greatest_cost", given.greatest_cost, 0.0..=1e6)?;
-    Ok(Given { labels, heights, map: read_map(&image.map, "image.map")?, shapes, matching })
+    Ok(Given { segments, heights, map: read_map(&image.map, "image.map")?, shapes, matching })
+}
+
+/// # Safety
+/// The pointers of the image point to what its sizes say and do not change while the result is used.
+unsafe fn read_segments<'a>(image: &jostle_camera_image) -> Outcome<Segments<'a>> {
+    const MOST: usize = 255;
+    if image.masks.is_null() {
+        if image.labels.is_null() {
+            return Err(Failure::argument("image.labels", "is null, and there are no masks"));
+        }
+        // SAFETY: as promised by the caller.
+        return Ok(Segments::Labels(unsafe { view(image.labels, image, image.label_stride, "image.labels") }?));
+    }
+    if !image.labels.is_null() {
+        return Err(Failure::argument("image.masks", "are given beside labels; leave one of them null"));
+    }
+    if !(1..=MOST).contains(&image.mask_count) {
+        return Err(Failure::argument(
+            "image.mask_count",
+            format!("is {}; it must lie in 1..={MOST}", image.mask_count),
+        ));
+    }
+    let (length, _) = layout(image.masks, image.rows, image.cols, image.mask_stride, "image.masks")?;
+    let plane = image.mask_plane_stride;
+    if plane < length || plane > isize::MAX as usize / (2 * MOST) {
+        return Err(Failure::argument("image.mask_plane_stride", format!("is {plane} bytes; a mask has {length}")));
+    }
+    (0..image.mask_count)
+        // SAFETY: as promised by the caller; the offset is a possible one.
+        .map(|k| unsafe { view(image.masks.add(k * plane), image, image.mask_stride, "image.masks") })
+        .collect::<Outcome<Vec<_>>>()
+        .map(Segments::Masks)
 }
 
 /// # Safety
@@ -289,9 +336,12 @@ pub unsafe extern "C" fn jostle_scene_add_image(
         }
         // SAFETY: the caller promises an image that keeps its promises.
         let given = unsafe { read_given(image, options) }?;
-        let shapes = ShapeFinder::new()
-            .labels(&given.labels, given.heights.as_ref(), &given.map, &given.shapes)
-            .map_err(|error| error.within("image"))?;
+        let (mut finder, heights) = (ShapeFinder::new(), given.heights.as_ref());
+        let shapes = match &given.segments {
+            Segments::Labels(labels) => finder.labels(labels, heights, &given.map, &given.shapes),
+            Segments::Masks(masks) => finder.masks(masks, heights, &given.map, &given.shapes),
+        }
+        .map_err(|error| error.within("image"))?;
         let mut whole = content.clone();
         let mut seen = Vec::with_capacity(shapes.bodies.len() + shapes.skipped.len());
         for found in &shapes.bodies {
@@ -363,7 +413,20 @@ pub unsafe extern "C" fn jostle_scene_match_image(
         let given = unsafe { read_given(image, options) }?;
         let (model, state) = (content.model()?, content.state());
         let known: Vec<(usize, Pose2)> = state.iter().collect();
-        let mut regions = RegionFinder::new().labels(&given.labels, &given.map)?;
+        let mut finder = RegionFinder::new();
+        let mut regions = match &given.segments {
+            Segments::Labels(labels) => finder.labels(labels, &given.map)?,
+            Segments::Masks(masks) => {
+                let mut regions = Vec::with_capacity(masks.len());
+                for (label, mask) in (1..).zip(masks) {
+                    if let Some(mut region) = finder.mask(mask, &given.map)? {
+                        region.label = label;
+                        regions.push(region);
+                    }
+                }
+                regions
+            }
+        };
         regions.retain(|region| region.area >= given.shapes.min_area);
         let shapes = known.iter().map(|&(index, _)| &model.body(index).footprint);
         let matches = Matcher::new(shapes, given.matching)?.assign(&regions);

@@ -185,7 +185,7 @@ impl Matcher {
                 let ratio = region.area / template.area;
                 let rated = if first < row {
                     matches[first * found + col]
-                } else if ratio > AREA_RATIO || ratio < 1.0 / AREA_RATIO {
+                } else if !(1.0 / AREA_RATIO..=AREA_RATIO).contains(&ratio) {
                     None
                 } else {
                     Some(self.register(row, region))

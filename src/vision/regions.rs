@@ -114,9 +114,8 @@ impl RegionFinder {
         self.marks.resize(rows * cols, 0);
         let mut parts: Vec<Part> = Vec::new();
         for row in 0..rows {
-            let line = image.row(row);
-            for col in 0..cols {
-                let label = label_of(line[col]);
+            for (col, &value) in image.row(row).iter().enumerate() {
+                let label = label_of(value);
                 if label == 0 || self.parts[row * cols + col] != 0 {
                     continue;
                 }

@@ -201,6 +201,12 @@ static void bad_images(jostle_body target)
     IMAGE(image.rows = 0, ARGUMENT, "image.rows: is 0");
     IMAGE(image.cols = (size_t)-1, ARGUMENT, "image.cols: is 18446744073709551615");
     IMAGE(image.labels = NULL, ARGUMENT, "image.labels: is null");
+    IMAGE(image.masks = labels, ARGUMENT, "image.masks: are given beside labels");
+    IMAGE((image.masks = labels, image.labels = NULL), ARGUMENT, "image.mask_count: is 0");
+    IMAGE((image.masks = labels, image.labels = NULL, image.mask_count = 1), ARGUMENT, "image.masks: row_stride is 0");
+    IMAGE((image.masks = labels, image.labels = NULL, image.mask_count = 1, image.mask_stride = 8,
+           image.mask_plane_stride = 63),
+          ARGUMENT, "image.mask_plane_stride: is 63 bytes; a mask has 64");
     IMAGE(image.label_stride = 7, ARGUMENT, "image.labels: row_stride is 7");
     IMAGE(image.height_stride = 30, ARGUMENT, "image.heights: pixels and row_stride");
     IMAGE(image.map.column.x = 0, ARGUMENT, "image.map: its columns and rows");

@@ -94,6 +94,19 @@ static void all() {
         CHECK(std::fabs(seen.pose.p.x - there.x) < 1e-3 && std::fabs(seen.pose.p.y - there.y) < 1e-3);
     }
 
+    // The same from masks, one for each body.
+    std::vector<std::uint8_t> masks;
+    for (const body_pose &at : world.poses()) {
+        const std::vector<std::uint8_t> mask = world.mask_image(at.body, frame);
+        masks.insert(masks.end(), mask.begin(), mask.end());
+    }
+    image.labels = nullptr;
+    image.masks = masks.data(), image.mask_count = 3;
+    image.mask_stride = frame.cols, image.mask_plane_stride = frame.rows * frame.cols;
+    scene masked(from);
+    CHECK(masked.add_image(image).size() == 3 && masked.hash() == again.hash());
+    CHECK(world.match_image(image)[1].pose.p.x == matched[1].pose.p.x);
+
     cancel stop(from);
     const cancel twin = stop;
     twin.trigger();
