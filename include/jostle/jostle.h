@@ -329,10 +329,19 @@ typedef struct jostle_camera_image {
   size_t rows;
   /// At most 16384.
   size_t cols;
-  /// Which body each pixel shows, from a segmentation: 0 for the table, 1 to 255 for bodies.
+  /// Which body each pixel shows, from a segmentation: 0 for the table, 1 to 255 for bodies. Null if there are masks.
   const uint8_t *labels;
   /// From a row of labels to the next, bytes.
   size_t label_stride;
+  /// In place of labels, a mask for each body, one after the other: 0 where a pixel does not show it. The mask at k
+  /// counts as label k + 1. Masks may overlap.
+  const uint8_t *masks;
+  /// At most 255.
+  size_t mask_count;
+  /// From a row of a mask to the next, bytes.
+  size_t mask_stride;
+  /// From a mask to the next, bytes.
+  size_t mask_plane_stride;
   /// Height of what each pixel shows above the table, metres; NaN, 0 and less where it is not known. May be null.
   const float *heights;
   /// From a row of heights to the next, bytes.
