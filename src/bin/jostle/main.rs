@@ -4,6 +4,7 @@
 //! and files end with exit status 2, failures with 1, both with one line on standard error.
 
 mod args;
+mod bench_image;
 mod bench_path;
 mod bench_push;
 mod bench_search;
@@ -11,6 +12,7 @@ mod crosscheck;
 mod datagen;
 mod fidelity;
 mod generate;
+mod observe;
 mod output;
 mod plan;
 mod plan_file;
@@ -54,7 +56,9 @@ fn command() -> Outcome<()> {
         Command::Bench(BenchCommand::Push(args)) => bench_push::run(&args),
         Command::Bench(BenchCommand::Search(args)) => bench_search::run(&args),
         Command::Bench(BenchCommand::Path(args)) => bench_path::run(&args),
+        Command::Bench(BenchCommand::Image(args)) => bench_image::run(&args),
         Command::Render(args) => render::run(&args),
         Command::Datagen(command) => datagen::run(&command),
+        Command::Observe(args) => observe::run(&args),
     }
 }
