@@ -1,0 +1,31 @@
+//! Trained networks: the runtime that computes them, their files and checks, and one narrow interface for each kind.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `kind` | [`Kind`], [`Interface`]: which tensors a network of a kind has |
+//! | `onnx` | [`OnnxInfo`]: what a file says of itself, read without a runtime |
+//! | `info` | [`ModelInfo`], [`ModelSpec`]: the settings that a network was made for; [`Configuration`]: those wanted |
+//! | `file` | the checks of a file, in their order |
+//! | `self_test` | the last of them |
+//! | `runtime` | [`Runtime`]: ONNX Runtime, found when it is needed, or the embedded backend |
+//! | `model` | [`Model`]: a network that runs |
+//! | `builtin` | the networks that are part of the library |
+//!
+//! `docs/networks.md` is the user's page.
+
+mod builtin;
+mod file;
+mod info;
+mod kind;
+mod model;
+mod onnx;
+mod runtime;
+mod self_test;
+
+pub use builtin::{BUILTINS, Builtin};
+pub use file::{MAX_BYTES, inspect, sha256};
+pub use info::{Configuration, ModelInfo, ModelSpec};
+pub use kind::{Axis, GRASP_ANGLES, INTERFACES, Interface, Kind, OUTLINE_POINTS, TensorSpec};
+pub use model::{Device, LoadOptions, Model};
+pub use onnx::{Dim, NotOnnx, OnnxInfo, TensorInfo, dtype_name};
+pub use runtime::{Backend, Runtime, RuntimeInfo, RuntimeOptions};
