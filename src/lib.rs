@@ -1,7 +1,7 @@
 //! jostle: planning for robots that work in clutter.
 //!
 //! The map, in dependency order (`ARCHITECTURE.md` explains it; a test holds the code to it):
-//! `error` <- `geom` <- `scene` <- `action` <- {`physics`, `grasp`, `motion`} <- `plan` <- {`eval`, `record`} <- `ffi`.
+//! `error` <- `geom` <- `scene` <- `action` <- `vision` <- {`physics`, `grasp`, `motion`} <- `plan` <- {`eval`, `record`} <- `ffi`.
 //! `search` and `run` stand aside: they know only `error`.
 
 #![deny(unsafe_code)]
@@ -21,6 +21,7 @@ pub mod record;
 pub mod run;
 pub mod scene;
 pub mod search;
+pub mod vision;
 
 pub use error::{Error, Result};
 

@@ -15,6 +15,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("geom", &["error"]),
     ("scene", &["error", "geom", "run"]),
     ("action", &["error", "geom", "scene", "run"]),
+    ("vision", &["error", "geom", "scene", "action", "run"]),
     ("physics", &["error", "geom", "scene", "action", "run"]),
     ("grasp", &["error", "geom", "scene", "action", "run"]),
     ("motion", &["error", "geom", "scene", "run"]),
@@ -23,7 +24,10 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("eval", &["error", "geom", "scene", "action", "physics", "grasp", "motion", "search", "run", "plan"]),
     (
         "ffi",
-        &["error", "geom", "scene", "action", "physics", "grasp", "motion", "search", "run", "plan", "eval", "record"],
+        &[
+            "error", "geom", "scene", "action", "vision", "physics", "grasp", "motion", "search", "run", "plan",
+            "eval", "record",
+        ],
     ),
 ];
 
