@@ -10,22 +10,33 @@
 //! | `runtime` | [`Runtime`]: ONNX Runtime, found when it is needed, or the embedded backend |
 //! | `model` | [`Model`]: a network that runs |
 //! | `builtin` | the networks that are part of the library |
+//! | `objects` | states and pushes as the networks on objects are told of them |
+//! | `dipn`, `ppn` | [`Dipn`], a [`MotionModel`]; [`Ppn`], a [`PushValue`] |
+//! | `images` | [`Gc`] and [`Gn`], on the image of a target |
 //!
 //! `docs/networks.md` is the user's page.
 
 mod builtin;
+mod dipn;
 mod file;
+mod images;
 mod info;
 mod kind;
 mod model;
+mod objects;
 mod onnx;
+mod ppn;
 mod runtime;
 mod self_test;
 
 pub use builtin::{BUILTINS, Builtin};
+pub use dipn::{Dipn, MotionModel};
 pub use file::{MAX_BYTES, inspect, sha256};
+pub use images::{Gc, Gn, GraspMap, ImageScratch, MapGrasp, TargetProbability, check_gripper};
 pub use info::{Configuration, ModelInfo, ModelSpec};
 pub use kind::{Axis, GRASP_ANGLES, INTERFACES, Interface, Kind, OUTLINE_POINTS, TensorSpec};
 pub use model::{Device, LoadOptions, Model};
+pub use objects::{ObjectBatch, ObjectTable, body_features, moved, push_frame, tip_features};
 pub use onnx::{Dim, NotOnnx, OnnxInfo, TensorInfo, dtype_name};
+pub use ppn::{Ppn, PushValue, PushValueScratch};
 pub use runtime::{Backend, Runtime, RuntimeInfo, RuntimeOptions};
