@@ -10,7 +10,7 @@ use common::{header, root};
 static CURRENT: std::sync::Mutex<()> = std::sync::Mutex::new(());
 
 /// The files of the C API, in the header's order.
-const FILES: [&str; 17] = [
+const FILES: [&str; 18] = [
     "status.rs",
     "version.rs",
     "log.rs",
@@ -24,6 +24,7 @@ const FILES: [&str; 17] = [
     "scene_file.rs",
     "cancel.rs",
     "progress.rs",
+    "model.rs",
     "planner.rs",
     "job.rs",
     "plan.rs",

@@ -19,13 +19,15 @@ pub struct Networks {
 }
 
 impl Networks {
-    /// Loads what a scorer needs. `model`: a built-in network's name or a file; the built-in one of the scorer's name if
-    /// absent. Errors name `scorer`.
-    pub fn load(scorer: &str, model: Option<&str>) -> Result<Networks> {
-        let load = |kind: Kind| Model::open(model.unwrap_or(kind.id()), Some(kind), &LoadOptions::default());
+    /// What a scorer needs: the model given, else the built-in one of the scorer's name. Errors name `scorer`.
+    pub fn new(scorer: &str, model: Option<Model>) -> Result<Networks> {
+        let load = |kind: Kind| match model.clone() {
+            Some(model) => model.expect(kind).map(|()| model),
+            None => Model::builtin(kind.id(), &LoadOptions::default()),
+        };
         match scorer {
             "geometric" if model.is_some() => {
-                Err(Error::argument("scorer_model", "is given, but `geometric` has no network"))
+                Err(Error::argument("scorer_model", "is given, but the scorer `geometric` has no network"))
             }
             "geometric" => Ok(Networks::default()),
             "gc" => Ok(Networks { gc: Some(load(Kind::Gc)?), gn: None }),

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use super::kind::{Interface, Kind};
-use super::onnx::OnnxInfo;
+use super::onnx::{OnnxInfo, TensorInfo};
 use crate::error::{Error, ModelFault, Result};
 
 /// The settings that a network was made for (metadata `spec`). What a kind does not have is absent.
@@ -56,6 +56,25 @@ impl ModelInfo {
     /// A property of the file's metadata; empty if it has none.
     pub fn property(&self, key: &str) -> &str {
         self.onnx.metadata.get(key).map_or("", String::as_str)
+    }
+
+    /// All of it, for reports.
+    pub fn to_json(&self) -> serde_json::Value {
+        let list = |tensors: &[TensorInfo]| tensors.iter().map(TensorInfo::to_string).collect::<Vec<_>>();
+        serde_json::json!({
+            "file": self.path.display().to_string(),
+            "bytes": self.bytes,
+            "sha256": self.sha256,
+            "kind": self.kind.id(),
+            "interface": self.interface.number,
+            "opset": self.onnx.opset,
+            "ir_version": self.onnx.ir_version,
+            "producer": self.onnx.producer,
+            "inputs": list(&self.onnx.inputs),
+            "outputs": list(&self.onnx.outputs),
+            "metadata": self.onnx.metadata,
+            "warnings": self.warnings,
+        })
     }
 
     /// The gripper it was trained for.

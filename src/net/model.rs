@@ -80,6 +80,13 @@ struct Worker {
     filled: Vec<Vec<f32>>,
 }
 
+/// Two are equal if they are the same loaded network.
+impl PartialEq for Model {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.shared, &other.shared)
+    }
+}
+
 impl std::fmt::Debug for Model {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Model").field("path", &self.info().path).field("kind", &self.info().kind).finish()

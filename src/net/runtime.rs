@@ -134,6 +134,18 @@ impl Runtime {
     }
 }
 
+impl RuntimeInfo {
+    /// All of it, for reports.
+    pub fn to_json(&self) -> serde_json::Value {
+        serde_json::json!({
+            "backend": self.backend.id(),
+            "version": self.version,
+            "file": self.file.as_ref().map(|file| file.display().to_string()),
+            "build": self.build,
+        })
+    }
+}
+
 impl std::fmt::Display for RuntimeInfo {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{} {}", self.backend.id(), self.version)?;

@@ -6,6 +6,7 @@ use super::recipe::recipe;
 use crate::action::SamplerParams;
 use crate::error::{Error, Result, check_range};
 use crate::grasp::check_scorer;
+use crate::net::Model;
 use crate::physics::{PhysicsOptions, Purpose};
 use crate::run::Budget;
 use crate::search::Params;
@@ -45,9 +46,10 @@ pub struct PlannerOptions {
     pub grasp: GraspDecision,
     /// What says how good a state is: one of [`crate::grasp::SCORERS`].
     pub scorer: String,
-    /// The scorer's network: the name of a built-in one or the path of a file; the built-in one of the scorer's name if
-    /// absent.
-    pub scorer_model: Option<String>,
+    /// The scorer's network; the built-in one of the scorer's name if absent.
+    pub scorer_model: Option<Model>,
+    /// The network of the engine `dipn`; the one that its preset names if absent.
+    pub engine_model: Option<Model>,
     /// Limits of one decision. Without iterations and seconds the planner's published budget is used.
     pub budget: Budget,
     pub seed: u64,
@@ -102,6 +104,7 @@ impl Default for PlannerOptions {
             grasp: GraspDecision::default(),
             scorer: "geometric".into(),
             scorer_model: None,
+            engine_model: None,
             budget: Budget::default(),
             seed: 0,
             threads: 0,

@@ -12,7 +12,7 @@ use crate::action::{Action, ContourSampler, Grasp, Push};
 use crate::error::Result;
 use crate::geom::normalize_angle;
 use crate::grasp::{self, Networks};
-use crate::net::MotionModel;
+use crate::net::{Dipn, MotionModel};
 use crate::physics::{self, PhysicsOptions, Transition};
 use crate::run::{Budget, CancelToken, Pool, Progress};
 use crate::scene::{Problem, Scene, State};
@@ -55,10 +55,16 @@ impl Loaded {
     fn new(options: &PlannerOptions, recipe: &Recipe) -> Result<Loaded> {
         let motion = |physics: Option<&PhysicsOptions>| {
             let learned = physics.filter(|physics| physics.engine == "dipn");
-            learned.map(|physics| physics::Dipn::load(&physics.preset)).transpose()
+            let load = |physics: &PhysicsOptions| -> Result<Arc<dyn MotionModel>> {
+                match &options.engine_model {
+                    Some(model) => Ok(Arc::new(Dipn::new(model.clone())?)),
+                    None => physics::Dipn::load(&physics.preset),
+                }
+            };
+            learned.map(load).transpose()
         };
         Ok(Loaded {
-            scorer: Networks::load(&options.scorer, options.scorer_model.as_deref())?,
+            scorer: Networks::new(&options.scorer, options.scorer_model.clone())?,
             search: motion(Some(&recipe.physics))?,
             confirm: motion(recipe.confirm.as_ref())?,
         })
