@@ -420,7 +420,9 @@ fn the_document_holds_the_help() {
         "bench push",
         "bench search",
         "bench path",
+        "bench net",
         "render",
+        "model",
     ];
     for command in commands {
         let words: Vec<&str> = command.split_whitespace().chain(["--help"]).collect();

@@ -189,6 +189,9 @@ pub unsafe extern "C" fn jostle_model_info(
     length: *mut usize,
 ) -> jostle_status {
     guard("jostle_model_info", |call| {
+        if length.is_null() {
+            return Err(Failure::null("length"));
+        }
         let loaded = call.open::<LoadedModel>(model, "model")?;
         let mut json = loaded.model.info().to_json();
         json["runtime"] = loaded.model.runtime().to_json();

@@ -108,9 +108,13 @@ pub(super) fn check(
 
 /// All checks that need no runtime.
 pub fn inspect(path: &Path, kind: Option<Kind>, options: &LoadOptions) -> Result<ModelInfo> {
-    let bytes = read(path)?;
-    let onnx = check_bytes(path, &bytes)?;
-    check(path, &bytes, onnx, kind, options)
+    inspect_bytes(path, &read(path)?, kind, options)
+}
+
+/// The same of a file that is in memory. `path` is its name in messages.
+pub fn inspect_bytes(path: &Path, bytes: &[u8], kind: Option<Kind>, options: &LoadOptions) -> Result<ModelInfo> {
+    let onnx = check_bytes(path, bytes)?;
+    check(path, bytes, onnx, kind, options)
 }
 
 /// Check 5.

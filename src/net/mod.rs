@@ -31,7 +31,7 @@ mod self_test;
 
 pub use builtin::{BUILTINS, Builtin};
 pub use dipn::{Dipn, MotionModel};
-pub use file::{MAX_BYTES, inspect, sha256};
+pub use file::{MAX_BYTES, inspect, inspect_bytes, sha256};
 pub use images::{Gc, Gn, GraspMap, ImageScratch, MapGrasp, TargetProbability, check_gripper};
 pub use info::{Configuration, ModelInfo, ModelSpec};
 pub use kind::{Axis, GRASP_ANGLES, INTERFACES, Interface, Kind, OUTLINE_POINTS, TensorSpec};

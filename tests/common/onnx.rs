@@ -1,5 +1,7 @@
 //! Networks of the tests, and ways to spoil them: an ONNX file is a protocol buffer, whose fields are edited here.
 
+#![allow(dead_code)]
+
 use std::path::{Path, PathBuf};
 
 use jostle::net::{Runtime, RuntimeOptions};

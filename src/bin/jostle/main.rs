@@ -4,12 +4,14 @@
 //! and files end with exit status 2, failures with 1, both with one line on standard error.
 
 mod args;
+mod bench_net;
 mod bench_path;
 mod bench_push;
 mod bench_search;
 mod crosscheck;
 mod fidelity;
 mod generate;
+mod model;
 mod output;
 mod plan;
 mod plan_file;
@@ -53,6 +55,8 @@ fn command() -> Outcome<()> {
         Command::Bench(BenchCommand::Push(args)) => bench_push::run(&args),
         Command::Bench(BenchCommand::Search(args)) => bench_search::run(&args),
         Command::Bench(BenchCommand::Path(args)) => bench_path::run(&args),
+        Command::Bench(BenchCommand::Net(args)) => bench_net::run(&args),
         Command::Render(args) => render::run(&args),
+        Command::Model(args) => model::run(&args),
     }
 }
