@@ -31,7 +31,8 @@ static void check(int line, const char *call, jostle_status got, jostle_status w
                jostle_status_name(want), said, message);
         failures++;
     }
-    if (new_context || new_scene || new_planner || new_job || new_plan || new_cancel || new_simulator) {
+    if (new_context || new_scene || new_planner || new_job || new_plan || new_cancel || new_simulator ||
+        new_model) {
         printf("%d: %s\n  left a handle\n", line, call);
         exit(1);
     }
