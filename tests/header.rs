@@ -10,7 +10,7 @@ use common::{header, root};
 static CURRENT: std::sync::Mutex<()> = std::sync::Mutex::new(());
 
 /// The files of the C API, in the header's order.
-const FILES: [&str; 18] = [
+const FILES: [&str; 20] = [
     "status.rs",
     "version.rs",
     "log.rs",
@@ -21,6 +21,8 @@ const FILES: [&str; 18] = [
     "scene.rs",
     "options.rs",
     "goal.rs",
+    "image.rs",
+    "camera.rs",
     "scene_file.rs",
     "cancel.rs",
     "progress.rs",

@@ -293,6 +293,103 @@ typedef struct jostle_goal {
   double rotation_tolerance;
 } jostle_goal;
 
+/// Where an image lies over the table. Columns run along +x of the image's frame, rows along +y (row 0 has the least y),
+/// the frame's origin is the middle of the image: pixel (row, column) has its centre at x = (column + 1/2 - cols/2) pixel,
+/// y = (row + 1/2 - rows/2) pixel. Frozen: never changes.
+typedef struct jostle_image_frame {
+  /// Of the image's middle in the world.
+  struct jostle_pose2 pose;
+  /// Side of a pixel, metres.
+  double pixel;
+  /// At most 16384.
+  size_t rows;
+  /// At most 16384.
+  size_t cols;
+} jostle_image_frame;
+
+/// From the pixels of a camera's image to the table: pixel (row, column) has its centre at origin + column `column` +
+/// row `row`. Any axes will do, turned and mirrored ones too, if they span pixels that are about square. Frozen: never
+/// changes.
+typedef struct jostle_pixel_map {
+  /// World position of the centre of the first pixel of the first row.
+  struct jostle_vec2 origin;
+  /// From a pixel to the next one in its row, metres.
+  struct jostle_vec2 column;
+  /// From a row to the next, metres.
+  struct jostle_vec2 row;
+} jostle_pixel_map;
+
+/// A camera's image of the table.
+typedef struct jostle_camera_image {
+  /// Set by jostle_camera_image_default().
+  uint32_t struct_size;
+  /// 0.
+  uint32_t reserved;
+  /// At most 16384.
+  size_t rows;
+  /// At most 16384.
+  size_t cols;
+  /// Which body each pixel shows, from a segmentation: 0 for the table, 1 to 255 for bodies.
+  const uint8_t *labels;
+  /// From a row of labels to the next, bytes.
+  size_t label_stride;
+  /// Height of what each pixel shows above the table, metres; NaN, 0 and less where it is not known. May be null.
+  const float *heights;
+  /// From a row of heights to the next, bytes.
+  size_t height_stride;
+  /// Where the pixels lie on the table.
+  struct jostle_pixel_map map;
+} jostle_camera_image;
+
+/// What becomes of a body that reaches the image's border: one of the JOSTLE_BORDER_ values.
+typedef int32_t jostle_border;
+
+/// How images are read.
+typedef struct jostle_image_options {
+  /// Set by jostle_image_options_default().
+  uint32_t struct_size;
+  /// JOSTLE_BORDER_SKIP by default. For new bodies only.
+  jostle_border at_border;
+  /// How far the simplified outline of a new body may be from that between the pixels, pixels: 1 by default.
+  double tolerance;
+  /// Smaller regions are left out, square metres: 1e-4 by default.
+  double min_area;
+  /// A new body's height is this quantile of the heights of its pixels: 0.9 by default.
+  double height_quantile;
+  /// Of new bodies where the image has no heights, metres: 0.045 by default.
+  double height;
+  /// Of new bodies, kilograms: 0.1 by default.
+  double mass;
+  /// Of new bodies, 0.5 by default.
+  double friction;
+  /// A known body is not taken for a region that fits it worse than this, pixels: 3 by default.
+  double greatest_cost;
+  /// 1 (the default) if round outlines become discs.
+  uint32_t discs;
+  /// 0.
+  uint32_t reserved;
+} jostle_image_options;
+
+/// What became of a region or of a known body: one of the JOSTLE_SEEN_ values.
+typedef int32_t jostle_seen;
+
+/// A region of an image and its body. Frozen: never changes.
+typedef struct jostle_seen_body {
+  /// Zero where the region became no body.
+  struct jostle_body body;
+  /// Where the body is; means something for JOSTLE_SEEN_BODY only.
+  struct jostle_pose2 pose;
+  /// In the image; 0 for a known body that was not seen.
+  uint32_t label;
+  jostle_seen seen;
+  /// How far the region's outline is from the body's, pixels: root mean square. About 0.3 for clean images.
+  double deviation;
+  /// Pixels of holes of the region, which were filled.
+  uint32_t hole_pixels;
+  /// Pixels of the label apart from the region, which were dropped.
+  uint32_t dropped_pixels;
+} jostle_seen_body;
+
 /// How far a decision is.
 typedef struct jostle_progress {
   /// Set by jostle_progress_default().
@@ -569,6 +666,33 @@ typedef int32_t jostle_effect;
 
 /// The target alone.
 #define JOSTLE_SCOPE_TARGET_ONLY 2
+
+/// It is taken as far as it is seen.
+#define JOSTLE_BORDER_KEEP 1
+
+/// It is left out and reported (the default).
+#define JOSTLE_BORDER_SKIP 2
+
+/// The image is refused.
+#define JOSTLE_BORDER_REFUSE 3
+
+/// It is a body, with its pose.
+#define JOSTLE_SEEN_BODY 0
+
+/// The region's area is less than min_area.
+#define JOSTLE_SEEN_TOO_SMALL 1
+
+/// The region reaches the image's border.
+#define JOSTLE_SEEN_AT_BORDER 2
+
+/// No pixel of the region has a height.
+#define JOSTLE_SEEN_NO_HEIGHT 3
+
+/// The region's outline has no simple polygon within the tolerance.
+#define JOSTLE_SEEN_NO_OUTLINE 4
+
+/// No region fits the known body.
+#define JOSTLE_SEEN_NOWHERE 5
 
 /// As the text of the dissertation says.
 #define JOSTLE_VARIANT_DISSERTATION 1
@@ -1061,6 +1185,132 @@ jostle_status jostle_scene_set_goal(struct jostle_scene *scene,
 jostle_status jostle_scene_get_goal(const struct jostle_scene *scene,
                                     struct jostle_body body,
                                     struct jostle_goal *goal);
+
+/// The frame of a square image about the centre of a body's footprint, its x axis at `heading` (radians) in the world:
+/// `side` pixels of `pixel` metres.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null, zero body, a value out of range), HANDLE, BUSY, NOT_FOUND, POISONED.
+jostle_status jostle_scene_frame_around(const struct jostle_scene *scene,
+                                        struct jostle_body body,
+                                        double heading,
+                                        double pixel,
+                                        size_t side,
+                                        struct jostle_image_frame *frame);
+
+/// The map of an image of the library: what makes of its pixels a camera's.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: `frame` is copied.
+/// Errors: ARGUMENT (null, a field of frame out of range).
+jostle_status jostle_image_frame_map(const struct jostle_image_frame *frame,
+                                     struct jostle_pixel_map *map);
+
+/// Writes to each pixel which body it shows: 0 is the table, k + 1 the body that jostle_scene_poses lists at k. A pixel
+/// shows a body if its centre lies in the body's footprint; where footprints overlap the higher body shows, of equally
+/// high ones the earlier. Rows begin `row_stride` bytes apart; what lies between them is left as it is.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: the caller owns the pixels.
+/// Errors: ARGUMENT (null, frame or row_stride out of range, a scene without bodies), HANDLE, BUSY, POISONED.
+jostle_status jostle_scene_label_image(const struct jostle_scene *scene,
+                                       const struct jostle_image_frame *frame,
+                                       uint8_t *pixels,
+                                       size_t row_stride);
+
+/// Writes to each pixel how high what it shows reaches above the table, metres; 0 is the table. See
+/// jostle_scene_label_image.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: the caller owns the pixels.
+/// Errors: ARGUMENT (null, frame or row_stride out of range, a scene without bodies), HANDLE, BUSY, POISONED.
+jostle_status jostle_scene_height_image(const struct jostle_scene *scene,
+                                        const struct jostle_image_frame *frame,
+                                        float *pixels,
+                                        size_t row_stride);
+
+/// Writes 1 to each pixel that shows the body, 0 to all others. See jostle_scene_label_image.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: the caller owns the pixels.
+/// Errors: ARGUMENT (null, zero body, frame or row_stride out of range), HANDLE, BUSY, NOT_FOUND, POISONED.
+jostle_status jostle_scene_mask_image(const struct jostle_scene *scene,
+                                      struct jostle_body body,
+                                      const struct jostle_image_frame *frame,
+                                      uint8_t *pixels,
+                                      size_t row_stride);
+
+/// Sets every field to its default; `size` is sizeof(jostle_camera_image) as the caller was compiled.
+/// jostle_camera_image_default() in this header does it for you.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: the caller.
+/// Errors: ARGUMENT (null, a size that no version has).
+jostle_status jostle_camera_image_init(struct jostle_camera_image *image,
+                                       size_t size);
+
+/// Sets every field to its default; `size` is sizeof(jostle_image_options) as the caller was compiled.
+/// jostle_image_options_default() in this header does it for you.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: the caller.
+/// Errors: ARGUMENT (null, a size that no version has).
+jostle_status jostle_image_options_init(struct jostle_image_options *options,
+                                        size_t size);
+
+/// Adds the bodies that an image shows, which need not be known: each label becomes a body with a simplified outline (a
+/// polygon or a disc, its frame at the centroid), the height that the image says and the name "label N". What became of
+/// each label goes to `buffer`, by label. A null buffer of capacity 0 asks for the count and adds nothing.
+///
+/// Of a label in several parts the largest is taken; holes are filled. Bodies that overlap, as they may in an unclean
+/// image, are found by jostle_scene_check.
+///
+/// Thread: exclusive use of scene.
+/// RT: no.
+/// Nullable: options (takes the defaults), buffer (with capacity 0).
+/// Owns: the pixels are not kept; the caller owns the buffer.
+/// Errors: ARGUMENT (null, a field of image or options: the message names it, more bodies than a scene holds, a label at
+/// the border that is refused), HANDLE, BUSY, BUFFER (count was written), POISONED, ABI. On failure the scene is
+/// unchanged.
+jostle_status jostle_scene_add_image(struct jostle_scene *scene,
+                                     const struct jostle_camera_image *image,
+                                     const struct jostle_image_options *options,
+                                     struct jostle_seen_body *buffer,
+                                     size_t capacity,
+                                     size_t *count);
+
+/// Finds the bodies of the scene, whose shapes are known, in an image whose labels say nothing of which is which: one
+/// entry for each body that is present, in the order of jostle_scene_poses, with its label and pose, or
+/// JOSTLE_SEEN_NOWHERE. The scene stays as it is; give the poses to jostle_scene_update. Of shapes that look the same
+/// from several sides any of the headings may come.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: options (takes the defaults), buffer (with capacity 0: asks for the count).
+/// Owns: the pixels are not kept; the caller owns the buffer.
+/// Errors: ARGUMENT (null, a field of image or options: the message names it, a scene without bodies), HANDLE, BUSY,
+/// BUFFER (count was written), POISONED, ABI.
+jostle_status jostle_scene_match_image(const struct jostle_scene *scene,
+                                       const struct jostle_camera_image *image,
+                                       const struct jostle_image_options *options,
+                                       struct jostle_seen_body *buffer,
+                                       size_t capacity,
+                                       size_t *count);
 
 /// Reads a problem's file (JSON, see docs/scene-format.md): the scene, and the body to retrieve. Of a rearrangement, the
 /// scene with its goals, and zero.
@@ -1660,6 +1910,20 @@ static inline jostle_workspace jostle_workspace_default(void) {
 static inline jostle_goal jostle_goal_default(void) {
     jostle_goal value;
     jostle_goal_init(&value, sizeof value);
+    return value;
+}
+
+/// All defaults, with the size that this header knows.
+static inline jostle_camera_image jostle_camera_image_default(void) {
+    jostle_camera_image value;
+    jostle_camera_image_init(&value, sizeof value);
+    return value;
+}
+
+/// All defaults, with the size that this header knows.
+static inline jostle_image_options jostle_image_options_default(void) {
+    jostle_image_options value;
+    jostle_image_options_init(&value, sizeof value);
     return value;
 }
 

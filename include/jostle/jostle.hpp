@@ -40,6 +40,8 @@ using body_def = jostle_body_def;
 using body_pose = jostle_body_pose;
 using goal = jostle_goal;
 using grasp = jostle_grasp;
+using image_frame = jostle_image_frame;
+using seen_body = jostle_seen_body;
 using pose2 = jostle_pose2;
 using progress = jostle_progress;
 using ranked_action = jostle_ranked_action;
@@ -301,6 +303,46 @@ public:
         check(jostle_scene_best_grasp(get(), which, &best, &found));
         if (found) return best;
         return std::nullopt;
+    }
+    /// A square image about a body's centre.
+    image_frame frame_around(body which, double heading, double pixel, std::size_t side) const {
+        image_frame frame{};
+        check(jostle_scene_frame_around(get(), which, heading, pixel, side, &frame));
+        return frame;
+    }
+    /// Images without gaps between the rows.
+    std::vector<std::uint8_t> label_image(const image_frame &frame) const {
+        std::vector<std::uint8_t> pixels(frame.rows * frame.cols);
+        check(jostle_scene_label_image(get(), &frame, pixels.data(), frame.cols));
+        return pixels;
+    }
+    std::vector<float> height_image(const image_frame &frame) const {
+        std::vector<float> pixels(frame.rows * frame.cols);
+        check(jostle_scene_height_image(get(), &frame, pixels.data(), frame.cols * sizeof(float)));
+        return pixels;
+    }
+    std::vector<std::uint8_t> mask_image(body which, const image_frame &frame) const {
+        std::vector<std::uint8_t> pixels(frame.rows * frame.cols);
+        check(jostle_scene_mask_image(get(), which, &frame, pixels.data(), frame.cols));
+        return pixels;
+    }
+    /// Adds the bodies that an image shows.
+    std::vector<seen_body> add_image(const jostle_camera_image &image,
+                                     const jostle_image_options &options = jostle_image_options_default()) {
+        std::vector<seen_body> seen(255);
+        std::size_t count = 0;
+        check(jostle_scene_add_image(get(), &image, &options, seen.data(), seen.size(), &count));
+        seen.resize(count);
+        return seen;
+    }
+    /// Finds the scene's bodies in an image; for update().
+    std::vector<seen_body> match_image(const jostle_camera_image &image,
+                                       const jostle_image_options &options = jostle_image_options_default()) const {
+        std::vector<seen_body> seen(size());
+        std::size_t count = 0;
+        check(jostle_scene_match_image(get(), &image, &options, seen.data(), seen.size(), &count));
+        seen.resize(count);
+        return seen;
     }
     void write(body target, const std::string &path) const { check(jostle_scene_write(get(), target, path.c_str())); }
 

@@ -42,6 +42,8 @@ pub enum Command {
     Bench(BenchCommand),
     /// Draw a scene or a plan
     Render(RenderArgs),
+    /// Write what a camera above the table sees, as an image (PGM)
+    Observe(ObserveArgs),
     /// Say what a network's file is and check it; without a file, list the built-in networks and what runs them
     Model(ModelArgs),
 }
@@ -56,6 +58,8 @@ pub enum BenchCommand {
     Path(BenchPathArgs),
     /// Networks: milliseconds of a call and of an item
     Net(BenchNetArgs),
+    /// Images of generated tables, and scenes and poses from images: cost and accuracy, on one thread
+    Image(BenchImageArgs),
 }
 
 #[derive(Debug, Args)]
@@ -420,6 +424,27 @@ pub struct BenchPathArgs {
     pub json: JsonArgs,
 }
 
+#[derive(Debug, Args)]
+pub struct BenchImageArgs {
+    /// Number of tables
+    #[arg(long, short = 'n', default_value_t = 30, value_name = "N")]
+    pub count: usize,
+    /// Bodies on each
+    #[arg(long, default_value_t = 10, value_name = "N")]
+    pub bodies: usize,
+    /// Share of the pixels at borders that are turned over, in [0, 1]
+    #[arg(long, default_value_t = 0.0, value_name = "P")]
+    pub noise: f64,
+    /// Times that everything is done; the least time counts
+    #[arg(long, default_value_t = 5, value_name = "N")]
+    pub rounds: usize,
+    /// Seed of tables and noise
+    #[arg(long, default_value_t = 0, value_name = "N")]
+    pub seed: u64,
+    #[command(flatten)]
+    pub json: JsonArgs,
+}
+
 fn parse_range(text: &str) -> Result<(usize, usize), String> {
     let number = |part: &str| part.parse::<usize>().map_err(|e| format!("`{part}`: {e}"));
     let (low, high) = match text.split_once("..") {
@@ -564,6 +589,43 @@ pub struct RenderArgs {
     /// One picture that moves instead of one for each action (rearrangements)
     #[arg(long)]
     pub animated: bool,
+    /// Conventions for an original test case
+    #[arg(long, value_enum, default_value = "auto")]
+    pub profile: ProfileArg,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ImageArg {
+    /// 0 for the table, k + 1 for body k
+    Labels,
+    /// Tenths of a millimetre above the table, 16 bits
+    Heights,
+    /// 255 for bodies, 0 for the table
+    Foreground,
+    /// 255 for the target, 0 for all else
+    Target,
+}
+
+#[derive(Debug, Args)]
+pub struct ObserveArgs {
+    /// A scene file or an original test case
+    #[arg(value_name = "SCENE")]
+    pub input: PathBuf,
+    /// The image; its first row is that of the least y
+    #[arg(long, short, value_name = "FILE")]
+    pub output: PathBuf,
+    /// What the pixels say
+    #[arg(long, value_enum, default_value = "labels")]
+    pub image: ImageArg,
+    /// Side of a pixel, metres
+    #[arg(long, default_value_t = 0.002, value_name = "M")]
+    pub pixel: f64,
+    /// About the target instead of the whole workspace: pixels on a side
+    #[arg(long, value_name = "N")]
+    pub crop: Option<usize>,
+    /// Heading of the rows, radians from +x of the world
+    #[arg(long, default_value_t = 0.0, value_name = "RAD", allow_negative_numbers = true)]
+    pub heading: f64,
     /// Conventions for an original test case
     #[arg(long, value_enum, default_value = "auto")]
     pub profile: ProfileArg,

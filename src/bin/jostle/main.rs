@@ -4,6 +4,7 @@
 //! and files end with exit status 2, failures with 1, both with one line on standard error.
 
 mod args;
+mod bench_image;
 mod bench_net;
 mod bench_path;
 mod bench_push;
@@ -12,6 +13,7 @@ mod crosscheck;
 mod fidelity;
 mod generate;
 mod model;
+mod observe;
 mod output;
 mod plan;
 mod plan_file;
@@ -56,7 +58,9 @@ fn command() -> Outcome<()> {
         Command::Bench(BenchCommand::Search(args)) => bench_search::run(&args),
         Command::Bench(BenchCommand::Path(args)) => bench_path::run(&args),
         Command::Bench(BenchCommand::Net(args)) => bench_net::run(&args),
+        Command::Bench(BenchCommand::Image(args)) => bench_image::run(&args),
         Command::Render(args) => render::run(&args),
         Command::Model(args) => model::run(&args),
+        Command::Observe(args) => observe::run(&args),
     }
 }
