@@ -13,7 +13,7 @@ use jostle::geom::{Pose2, Shape, vec2};
 use jostle::grasp::{GraspAssessment, Networks, scorer};
 use jostle::net::{
     Configuration, Gc, Gn, GraspMap, ImageScratch, Kind, LoadOptions, Model, MotionModel, ObjectBatch, OnnxInfo, Ppn,
-    PushValue, TargetProbability, inspect,
+    PushValue, SegmentOptions, Segmentation, TargetProbability, inspect,
 };
 use jostle::physics::{Dipn, DipnSettings, PhysicsOptions, PushJob, PushResult, PushStatus, Transition, engine};
 use jostle::plan::{Control, Planner, PlannerOptions};
@@ -380,6 +380,27 @@ fn networks_on_images_answer_within_their_ranges_and_alike() {
     assert_eq!(found[0].quality, f64::from(greatest));
     assert!((found[0].position - state.pose(1).position()).norm() < 0.032 * 1.5);
     assert!(Gc::new(load("gn")).is_err() && Gn::new(load("gc")).is_err());
+}
+
+#[test]
+fn instances_come_from_heat_and_offsets_and_from_masks() {
+    if !runs() {
+        return;
+    }
+    let load = |name: &str| Model::load(net(name), None, &LoadOptions::default()).unwrap();
+    let own = Segmentation::new(load("segmentation"), SegmentOptions { least_pixels: 1, ..Default::default() }).unwrap();
+    let image: Vec<f32> = (0..32 * 32).map(|i| if i % 32 < 16 { 0.04 } else { 0.0 }).collect();
+    let found = own.segment(&image, 32, 32).unwrap();
+    assert!(found.labels.iter().all(|l| usize::from(*l) <= found.scores.len()));
+    assert!(own.segment(&image, 16, 64).is_err() && own.segment(&image[1..], 32, 32).is_err());
+    // The stand-in for torchvision's finds the two halves of any picture, with scores 0.95 and 0.4.
+    let masks = |score| Segmentation::new(load("torchvision"), SegmentOptions { score, ..Default::default() }).unwrap();
+    let picture = vec![0.5; 3 * 32 * 32];
+    let both = masks(0.3).segment(&picture, 32, 32).unwrap();
+    assert_eq!((both.labels[0], both.labels[31], both.scores.len()), (1, 2, 2));
+    let one = masks(0.5).segment(&picture, 32, 32).unwrap();
+    assert_eq!((one.labels[0], one.labels[31], one.scores.len()), (1, 0, 1));
+    assert!(Segmentation::new(load("gc"), SegmentOptions::default()).is_err());
 }
 
 #[test]

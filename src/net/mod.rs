@@ -13,6 +13,7 @@
 //! | `objects` | states and pushes as the networks on objects are told of them |
 //! | `dipn`, `ppn` | [`Dipn`], a [`MotionModel`]; [`Ppn`], a [`PushValue`] |
 //! | `images` | [`Gc`] and [`Gn`], on the image of a target |
+//! | `segmentation` | [`Segmentation`]: instances in an image |
 //!
 //! `docs/networks.md` is the user's page.
 
@@ -27,6 +28,7 @@ mod objects;
 mod onnx;
 mod ppn;
 mod runtime;
+mod segmentation;
 mod self_test;
 
 pub use builtin::{BUILTINS, Builtin};
@@ -40,3 +42,4 @@ pub use objects::{ObjectBatch, ObjectTable, body_features, moved, push_frame, ti
 pub use onnx::{Dim, NotOnnx, OnnxInfo, TensorInfo, dtype_name};
 pub use ppn::{Ppn, PushValue, PushValueScratch};
 pub use runtime::{Backend, Runtime, RuntimeInfo, RuntimeOptions};
+pub use segmentation::{Instances, SegmentOptions, Segmentation};

@@ -6,11 +6,14 @@ use serde::Deserialize;
 
 use super::kind::{Axis, TensorSpec};
 use super::model::Model;
+use super::onnx::Dim;
 use crate::error::{Error, ModelFault, Result};
 
 /// Most items, bodies and values of a self-test: it is a test, not a load.
 const MOST: usize = 64;
 const USUAL_TOLERANCE: f64 = 1e-3;
+/// Side of the picture where the file leaves it open.
+const BLANK: i64 = 64;
 
 /// Metadata `selftest`.
 #[derive(Debug, Clone, Deserialize)]
@@ -65,9 +68,16 @@ pub(super) fn run(model: &Model) -> Result<()> {
     let interface = info.interface;
     if interface.inputs.iter().any(|spec| spec.axes.contains(&Axis::Free)) {
         // Pictures of any size: it runs on a blank one.
-        let side = 64_usize;
-        let blank = vec![0.0; 3 * side * side];
-        return model.run_free(&[("image", vec![3, side as i64, side as i64], &blank)]).map(drop);
+        let dims = info.onnx.inputs.first().and_then(|input| input.dims.as_deref()).unwrap_or(&[]);
+        let shape: Vec<i64> = dims
+            .iter()
+            .map(|dim| match dim {
+                Dim::Fixed(n) => i64::try_from(*n).map_or(BLANK, |n| n.clamp(1, 4096)),
+                Dim::Named(_) | Dim::Unknown => BLANK,
+            })
+            .collect();
+        let blank = vec![0.0; shape.iter().product::<i64>() as usize];
+        return model.run_free(&[("image", shape, &blank)]).map(drop);
     }
     let inputs: Vec<Vec<f32>> = interface
         .inputs
