@@ -16,6 +16,7 @@ pub mod ffi;
 pub mod geom;
 pub mod grasp;
 pub mod motion;
+pub mod net;
 pub mod physics;
 pub mod plan;
 pub mod record;

@@ -23,8 +23,8 @@ fn golden(name: &str, now: &str) {
 /// Lines `struct size alignment` and `  field offset size`.
 fn rust_layout() -> String {
     use jostle::ffi::{
-        abi::*, action::*, body::*, camera::*, context::*, goal::*, image::*, log::*, options::*, plan::*, planner::*,
-        progress::*, simulator::*,
+        abi::*, action::*, body::*, camera::*, context::*, goal::*, image::*, log::*, model::*, options::*, plan::*,
+        planner::*, progress::*, simulator::*,
     };
     let mut text = String::new();
     fn size_of_field<S, F>(_: fn(&S) -> &F) -> usize {
@@ -61,7 +61,8 @@ fn rust_layout() -> String {
         jostle_image_options { struct_size, at_border, tolerance, min_area, height_quantile, height, mass, friction, greatest_cost, discs, reserved },
         jostle_seen_body { body, pose, label, seen, deviation, hole_pixels, dropped_pixels },
         jostle_progress { struct_size, solution_actions, iterations, nodes, simulations, best_value, elapsed_seconds },
-        jostle_planner_options { struct_size, threads, planner, engine, preset, sampler, seed, max_iterations, max_seconds, max_bytes, push_length, execute_score, solved_score, lanes, max_depth, variant, reserved, confirm },
+        jostle_planner_options { struct_size, threads, planner, engine, preset, sampler, seed, max_iterations, max_seconds, max_bytes, push_length, execute_score, solved_score, lanes, max_depth, variant, reserved, confirm, scorer, scorer_model, engine_model },
+        jostle_model_options { struct_size, device, threads, self_test, runtime, backend, gripper, sha256, tolerate, reserved },
         jostle_solve_options { struct_size, reserved, cancel, progress, user, progress_seconds },
         jostle_push { start, end },
         jostle_action { kind, reserved, body, push, grasp },

@@ -448,12 +448,14 @@ fn the_document_holds_the_help() {
         "bench search",
         "bench path",
         "bench image",
+        "bench net",
         "render",
         "datagen push",
         "datagen ppn",
         "datagen grasp",
         "datagen segment",
         "observe",
+        "model",
     ];
     for command in commands {
         let words: Vec<&str> = command.split_whitespace().chain(["--help"]).collect();

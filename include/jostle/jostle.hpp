@@ -471,6 +471,30 @@ public:
     }
 };
 
+/// A network: a built-in one by its name, or an ONNX file.
+class model : public detail::owner<jostle_model, jostle_model_free> {
+public:
+    model(const context &from, const std::string &name, const char *kind = nullptr)
+        : model(from, name, kind, jostle_model_options_default()) {}
+    model(const context &from, const std::string &name, const char *kind, const jostle_model_options &options)
+        : owner(detail::made<jostle_model>([&](jostle_model **out) {
+              return jostle_model_load(from.get(), name.c_str(), kind, &options, out);
+          })) {}
+
+    /// What is known of it, as JSON.
+    std::string info() const {
+        return detail::text([&](char *to, std::size_t room, std::size_t *length) {
+            return jostle_model_info(get(), to, room, length);
+        });
+    }
+};
+
+/// What runs the networks of this process, as JSON.
+inline std::string runtime_info() {
+    return detail::text(
+        [](char *to, std::size_t room, std::size_t *length) { return jostle_runtime_info(to, room, length); });
+}
+
 /// Decides what a robot does next.
 class planner : public detail::owner<jostle_planner, jostle_planner_free> {
 public:

@@ -9,7 +9,7 @@
 //! | `guard` | what every function runs in: panics, last error, log |
 //! | `abi` | sized structs, strings, arrays, outputs |
 //! | `status`, `log`, `version` | status codes, log messages, versions and features |
-//! | `context`, `scene`, `body`, `planner`, `job`, `plan`, `cancel`, `progress`, `simulator` | one noun each |
+//! | `context`, `scene`, `body`, `planner`, `job`, `plan`, `cancel`, `progress`, `simulator`, `model` | one noun each |
 //! | `options`, `goal`, `scene_file` | more of scenes: gripper, workspace, friction; goals; files and the generator |
 //! | `image`, `camera` | images of scenes; scenes and poses from images |
 //! | `action` | actions, which plans and simulators share |
@@ -32,6 +32,7 @@ mod handle;
 pub mod image;
 pub mod job;
 pub mod log;
+pub mod model;
 pub mod options;
 pub mod plan;
 pub mod planner;

@@ -4,7 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use super::recipe::recipe;
 use crate::action::SamplerParams;
-use crate::error::{Result, check_range};
+use crate::error::{Error, Result, check_range};
+use crate::grasp::check_scorer;
+use crate::net::Model;
 use crate::physics::{PhysicsOptions, Purpose};
 use crate::run::Budget;
 use crate::search::Params;
@@ -42,6 +44,12 @@ pub struct PlannerOptions {
     /// Travel of a push, metres; the sampler's own if absent.
     pub push_length: Option<f64>,
     pub grasp: GraspDecision,
+    /// What says how good a state is: one of [`crate::grasp::SCORERS`].
+    pub scorer: String,
+    /// The scorer's network; the built-in one of the scorer's name if absent.
+    pub scorer_model: Option<Model>,
+    /// The network of the engine `dipn`; the one that its preset names if absent.
+    pub engine_model: Option<Model>,
     /// Limits of one decision. Without iterations and seconds the planner's published budget is used.
     pub budget: Budget,
     pub seed: u64,
@@ -94,6 +102,9 @@ impl Default for PlannerOptions {
             sampler_params: None,
             push_length: None,
             grasp: GraspDecision::default(),
+            scorer: "geometric".into(),
+            scorer_model: None,
+            engine_model: None,
             budget: Budget::default(),
             seed: 0,
             threads: 0,
@@ -154,6 +165,10 @@ impl PlannerOptions {
         }
         if let Confirm::With(physics) = &self.confirm {
             physics.validate().map_err(|e| e.within("confirm"))?;
+        }
+        check_scorer(&self.scorer)?;
+        if self.scorer_model.is_some() && self.scorer == "geometric" {
+            return Err(Error::argument("scorer_model", "is given, but the scorer `geometric` has no network"));
         }
         self.budget.validate()?;
         check_range("grasp.execute_score", self.grasp.execute_score, 0.0..=1.0)?;

@@ -11,8 +11,9 @@ use super::retrieval::Retrieval;
 use crate::action::{Action, ContourSampler, Grasp, Push};
 use crate::error::Result;
 use crate::geom::normalize_angle;
-use crate::grasp::{GeometricScorer, GraspParams};
-use crate::physics::{self, Transition};
+use crate::grasp::{self, Networks};
+use crate::net::{Dipn, MotionModel};
+use crate::physics::{self, PhysicsOptions, Transition};
 use crate::run::{Budget, CancelToken, Pool, Progress};
 use crate::scene::{Problem, Scene, State};
 use crate::search::{EndReason, Tree};
@@ -31,6 +32,7 @@ pub struct Planner {
     options: PlannerOptions,
     recipe: Recipe,
     pool: Pool,
+    networks: Loaded,
     tree: Tree<Retrieval>,
     domain: Option<Retrieval>,
     /// The engine that plans are confirmed in, prepared for the domain's scene.
@@ -39,6 +41,34 @@ pub struct Planner {
     expected: Option<State>,
     /// A grasp has to score at least this, since one that scored less failed; see [`Planner::failed`].
     demand: f64,
+}
+
+/// The networks of the planner's parts, loaded once.
+struct Loaded {
+    scorer: Networks,
+    /// Of the search's engine and of the confirming one, where they are learned.
+    search: Option<Arc<dyn MotionModel>>,
+    confirm: Option<Arc<dyn MotionModel>>,
+}
+
+impl Loaded {
+    fn new(options: &PlannerOptions, recipe: &Recipe) -> Result<Loaded> {
+        let motion = |physics: Option<&PhysicsOptions>| {
+            let learned = physics.filter(|physics| physics.engine == "dipn");
+            let load = |physics: &PhysicsOptions| -> Result<Arc<dyn MotionModel>> {
+                match &options.engine_model {
+                    Some(model) => Ok(Arc::new(Dipn::new(model.clone())?)),
+                    None => physics::Dipn::load(&physics.preset),
+                }
+            };
+            learned.map(load).transpose()
+        };
+        Ok(Loaded {
+            scorer: Networks::new(&options.scorer, options.scorer_model.clone())?,
+            search: motion(Some(&recipe.physics))?,
+            confirm: motion(recipe.confirm.as_ref())?,
+        })
+    }
 }
 
 impl std::fmt::Debug for Planner {
@@ -60,11 +90,13 @@ impl Planner {
         options.validate()?;
         let recipe = recipe(&options)?;
         sampler(&options, &recipe)?;
+        let networks = Loaded::new(&options, &recipe)?;
         let pool = Pool::new(options.threads, "jostle")?;
         Ok(Planner {
             options,
             recipe,
             pool,
+            networks,
             tree: Tree::new(),
             domain: None,
             confirming: None,
@@ -152,9 +184,10 @@ impl Planner {
         if !fits {
             self.reset();
             (self.domain, self.demand) = (None, 0.0);
-            let engine = |options| physics::engine(options, Arc::clone(&problem.scene));
+            let network = self.networks.confirm.as_ref();
+            let engine = |options| physics::engine_with(options, Arc::clone(&problem.scene), network);
             self.confirming = self.recipe.confirm.as_ref().map(engine).transpose()?;
-            self.domain = Some(prepare(&self.options, &self.recipe, problem)?);
+            self.domain = Some(prepare(&self.options, &self.recipe, &self.networks, problem)?);
         }
         let Some(domain) = &mut self.domain else {
             return Ok(Plan::empty(Outcome::Infeasible, &self.options.planner, self.options.seed));
@@ -305,14 +338,14 @@ fn sampler(options: &PlannerOptions, recipe: &Recipe) -> Result<ContourSampler> 
     }
 }
 
-fn prepare(options: &PlannerOptions, recipe: &Recipe, problem: &Problem) -> Result<Retrieval> {
+fn prepare(options: &PlannerOptions, recipe: &Recipe, networks: &Loaded, problem: &Problem) -> Result<Retrieval> {
     let scene: &Arc<Scene> = &problem.scene;
     Ok(Retrieval {
         scene: Arc::clone(scene),
         target: problem.target,
-        engine: physics::engine(&recipe.physics, Arc::clone(scene))?,
+        engine: physics::engine_with(&recipe.physics, Arc::clone(scene), networks.search.as_ref())?,
         sampler: Box::new(sampler(options, recipe)?.prepared(scene)),
-        scorer: Box::new(GeometricScorer::new(scene, GraspParams::default())?),
+        scorer: grasp::scorer(&options.scorer, scene, &networks.scorer)?,
         reward: recipe.reward,
         demand: 0.0,
     })

@@ -20,6 +20,7 @@ static jostle_job *new_job;
 static jostle_plan *new_plan;
 static jostle_cancel *new_cancel;
 static jostle_simulator *new_simulator;
+static jostle_model *new_model;
 
 static void check(int line, const char *call, jostle_status got, jostle_status want, const char *message)
 {
@@ -30,7 +31,8 @@ static void check(int line, const char *call, jostle_status got, jostle_status w
                jostle_status_name(want), said, message);
         failures++;
     }
-    if (new_context || new_scene || new_planner || new_job || new_plan || new_cancel || new_simulator) {
+    if (new_context || new_scene || new_planner || new_job || new_plan || new_cancel || new_simulator ||
+        new_model) {
         printf("%d: %s\n  left a handle\n", line, call);
         exit(1);
     }
@@ -45,7 +47,7 @@ static void check(int line, const char *call, jostle_status got, jostle_status w
 #define BAD(call, want, message)                                                                                       \
     do {                                                                                                               \
         GARBAGE(new_context), GARBAGE(new_scene), GARBAGE(new_planner), GARBAGE(new_job), GARBAGE(new_plan);           \
-        GARBAGE(new_cancel), GARBAGE(new_simulator);                                                                   \
+        GARBAGE(new_cancel), GARBAGE(new_simulator), GARBAGE(new_model);                                                                   \
         jostle_status status_ = (call);                                                                                \
         if ((void *)new_context == (void *)&failures) new_context = NULL;                                              \
         if ((void *)new_scene == (void *)&failures) new_scene = NULL;                                                  \
@@ -54,6 +56,7 @@ static void check(int line, const char *call, jostle_status got, jostle_status w
         if ((void *)new_plan == (void *)&failures) new_plan = NULL;                                                    \
         if ((void *)new_cancel == (void *)&failures) new_cancel = NULL;                                                \
         if ((void *)new_simulator == (void *)&failures) new_simulator = NULL;                                          \
+        if ((void *)new_model == (void *)&failures) new_model = NULL;                                                  \
         check(__LINE__, #call, status_, (want), (message));                                                            \
     } while (0)
 
@@ -359,6 +362,9 @@ static void bad_planners(jostle_context *context, jostle_planner *planner, jostl
     OPTION(options.planner = "oracle", NOT_FOUND, "options.planner: no planner is named `oracle`");
     OPTION(options.planner = "\xff", ARGUMENT, "options.planner: is not UTF-8");
     OPTION(options.engine = "newton", NOT_FOUND, "options.engine: no engine is named `newton`");
+    OPTION(options.scorer = "dice", NOT_FOUND, "options.scorer: no scorer is named `dice`");
+    OPTION(options.scorer_model = (void *)context, JOSTLE_ERROR_HANDLE, "options.scorer_model: is not a live handle");
+    OPTION(options.engine_model = (void *)context, JOSTLE_ERROR_HANDLE, "options.engine_model: is not a live handle");
     OPTION(options.preset = "rough", NOT_FOUND, "options.preset: ");
     OPTION(options.max_iterations = 0, ARGUMENT, "options.max_iterations: is 0");
     OPTION(options.max_seconds = 0, ARGUMENT, "options.max_seconds: is 0");
@@ -527,6 +533,31 @@ static void bad_rearrangements(jostle_context *context, jostle_planner *planner,
     jostle_planner_free(mover);
 }
 
+/* Networks that are none; tests/capi/models.c has files that a check refuses. */
+static void bad_models(jostle_context *context)
+{
+    jostle_model_options options;
+    size_t length;
+
+#define MODEL(change, want, message)                                                                                   \
+    options = jostle_model_options_default();                                                                          \
+    change;                                                                                                            \
+    BAD(jostle_model_load(context, "never.onnx", NULL, &options, &new_model), want, message)
+
+    MODEL(options.struct_size = 0, ARGUMENT, "options.struct_size: is 0");
+    MODEL(options.device = -2, ARGUMENT, "options.device: is -2");
+    MODEL(options.self_test = 2, ARGUMENT, "options.self_test: is 2");
+    MODEL(options.tolerate = 9, ARGUMENT, "options.tolerate: is 9");
+    MODEL(options.backend = "abacus", NOT_FOUND, "options.backend: no backend is named `abacus`");
+    MODEL(options.runtime = "\xff", ARGUMENT, "options.runtime: is not UTF-8");
+    MODEL(options.threads = 1, NOT_FOUND, "never.onnx: there is no such file");
+    BAD(jostle_model_load(context, "never", NULL, NULL, &new_model), NOT_FOUND, "name: no built-in network is named");
+    BAD(jostle_model_load(context, "never.onnx", "cat", NULL, &new_model), NOT_FOUND, "kind: no kind of network is");
+    BAD(jostle_runtime_info(NULL, 0, NULL), ARGUMENT, "length: is null");
+    BAD(jostle_model_options_init(NULL, sizeof options), ARGUMENT, "options: is null");
+    BAD(jostle_model_info(NULL, NULL, 0, &length), ARGUMENT, "model: is null");
+}
+
 int main(void)
 {
     jostle_context *context, *dead_context;
@@ -536,6 +567,8 @@ int main(void)
     jostle_plan *plan, *dead_plan;
     jostle_cancel *cancel, *dead_cancel;
     jostle_simulator *simulator, *dead_simulator;
+    /* Of the right type, and never made: making one needs a runtime. */
+    jostle_model *model = NULL, *dead_model = (jostle_model *)(uintptr_t)0x3e700000011u;
     jostle_body target, other;
 
     jostle_context_options good_jostle_context_options = jostle_context_options_default();
@@ -548,6 +581,7 @@ int main(void)
     jostle_progress good_jostle_progress = jostle_progress_default();
     jostle_plan_statistics good_jostle_plan_statistics = jostle_plan_statistics_default();
     jostle_simulator_options good_jostle_simulator_options = jostle_simulator_options_default();
+    jostle_model_options good_jostle_model_options = jostle_model_options_default();
     jostle_pose2 good_jostle_pose2 = {{0.5, 0.1}, 0};
     jostle_image_frame good_jostle_image_frame = {{{0.5, 0.0}, 0}, 0.002, 8, 8};
     jostle_pixel_map good_jostle_pixel_map = {{0, 0}, {0.002, 0}, {0, 0.002}};
@@ -615,7 +649,8 @@ int main(void)
     jostle_job_free(dead_job), jostle_plan_free(dead_plan), jostle_cancel_free(dead_cancel);
     jostle_simulator_free(dead_simulator);
     jostle_context_free(NULL), jostle_scene_free(NULL), jostle_planner_free(NULL), jostle_job_free(NULL);
-    jostle_plan_free(NULL), jostle_cancel_free(NULL), jostle_simulator_free(NULL);
+    jostle_plan_free(NULL), jostle_cancel_free(NULL), jostle_simulator_free(NULL), jostle_model_free(NULL);
+    jostle_model_free(dead_model);
 
 #include "bad_input_calls.h"
     BAD(jostle_abi_check(JOSTLE_ABI_VERSION + 1), JOSTLE_ERROR_ABI, "version: is 1");
@@ -632,6 +667,7 @@ int main(void)
     bad_images(target);
     bad_planners(context, planner, plan, target);
     bad_rearrangements(context, planner, target);
+    bad_models(context);
 
     /* What cannot fail says something for everything. */
     if (!jostle_version()[0] || !jostle_build_info()[0] || jostle_version_number() != JOSTLE_VERSION_NUMBER) failures++;

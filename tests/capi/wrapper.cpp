@@ -141,6 +141,13 @@ static void all() {
         CHECK(thrown == 7 && calls == 1);
     }
 
+    try {
+        (void)model(from, "never.onnx", "gc");
+        CHECK(false);
+    } catch (const error &e) {
+        CHECK(e.status() == JOSTLE_ERROR_NOT_FOUND && std::strstr(e.what(), "never.onnx: there is no such file"));
+    }
+
     simulator robot(from, world, target);
     CHECK(robot.observe().size() == 3 && robot.poses().size() == 3 && !robot.target_left());
     action push{};

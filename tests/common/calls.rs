@@ -41,7 +41,7 @@ fn good(function: &Function, kind: &str, name: &str) -> String {
     }
 }
 
-const HANDLES: [&str; 7] = [
+const HANDLES: [&str; 8] = [
     "jostle_context",
     "jostle_scene",
     "jostle_planner",
@@ -49,6 +49,7 @@ const HANDLES: [&str; 7] = [
     "jostle_plan",
     "jostle_cancel",
     "jostle_simulator",
+    "jostle_model",
 ];
 
 /// A call for every pointer of every function: null where that is not allowed, dead and mistaken where it is a handle.

@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use clap::error::ErrorKind;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use jostle::eval::{Against, JudgeOptions};
+use jostle::grasp::check_scorer;
+use jostle::net::{Kind, LoadOptions, Model};
 use jostle::physics::{EngineInfo, PhysicsOptions, Purpose};
 use jostle::plan::{PlannerOptions, Variant};
 use jostle::run::Budget;
@@ -42,6 +44,8 @@ pub enum Command {
     Render(RenderArgs),
     /// Write what a camera above the table sees, as an image (PGM)
     Observe(ObserveArgs),
+    /// Say what a network's file is and check it; without a file, list the built-in networks and what runs them
+    Model(ModelArgs),
     /// Make training data for the networks: shards of tensors and a manifest; goes on where an earlier run ended
     #[command(subcommand)]
     Datagen(DatagenCommand),
@@ -168,8 +172,49 @@ pub enum BenchCommand {
     Search(BenchSearchArgs),
     /// Path queries of one body among others: answers a second, on one thread
     Path(BenchPathArgs),
+    /// Networks: milliseconds of a call and of an item
+    Net(BenchNetArgs),
     /// Images of generated tables, and scenes and poses from images: cost and accuracy, on one thread
     Image(BenchImageArgs),
+}
+
+#[derive(Debug, Args)]
+pub struct ModelArgs {
+    /// An ONNX file, or the name of a built-in network
+    #[arg(value_name = "MODEL")]
+    pub model: Option<String>,
+    /// What it must be: dipn, ppn, gc, gn or segmentation [default: any]
+    #[arg(long, value_name = "KIND")]
+    pub kind: Option<String>,
+    /// The library of ONNX Runtime [default: ORT_DYLIB_PATH, beside the program, the system's]
+    #[arg(long, value_name = "FILE")]
+    pub runtime: Option<PathBuf>,
+    #[command(flatten)]
+    pub json: JsonArgs,
+}
+
+#[derive(Debug, Args)]
+pub struct BenchNetArgs {
+    /// ONNX files and names of built-in networks [default: all built-in ones]
+    #[arg(value_name = "MODEL")]
+    pub models: Vec<String>,
+    /// Items of a call
+    #[arg(long, value_delimiter = ',', default_value = "1,16,64", value_name = "N,...")]
+    pub batches: Vec<usize>,
+    /// Bodies of a scene, for networks that know bodies
+    #[arg(long, default_value_t = 10, value_name = "N")]
+    pub objects: usize,
+    /// Seconds of each measurement
+    #[arg(long, default_value_t = 1.0, value_name = "SECONDS")]
+    pub seconds: f64,
+    /// Threads of one call
+    #[arg(long, default_value_t = 1, value_name = "N")]
+    pub threads: usize,
+    /// The library of ONNX Runtime [default: ORT_DYLIB_PATH, beside the program, the system's]
+    #[arg(long, value_name = "FILE")]
+    pub runtime: Option<PathBuf>,
+    #[command(flatten)]
+    pub json: JsonArgs,
 }
 
 /// How a planner is set up.
@@ -184,6 +229,9 @@ pub struct PlannerArgs {
     /// [default: the planner's own choice]
     #[arg(long, value_name = "ENGINE[:PRESET]")]
     pub confirm: Option<String>,
+    /// What says how good a state is: geometric, or the networks gc or gn, with SCORER:FILE a network of one's own
+    #[arg(long, default_value = "geometric", value_name = "SCORER[:FILE]")]
+    pub scorer: String,
     /// A gripper to take the place of the scene's: robotiq_2f85 or dissertation_mask
     #[arg(long, value_name = "NAME")]
     pub gripper: Option<String>,
@@ -219,10 +267,10 @@ pub struct PlannerArgs {
 /// The engine of the planner's model.
 #[derive(Debug, Clone, Args)]
 pub struct PhysicsArgs {
-    /// Engine that predicts pushes: rapier, planar, prism or bullet [default: the planner's own; rapier to compare]
+    /// Engine that predicts pushes: rapier, planar, prism, bullet or dipn [default: the planner's own; rapier to compare]
     #[arg(long, value_name = "ENGINE")]
     pub physics: Option<String>,
-    /// Preset of the engine, such as fast or fine [default: the one that suits planning]
+    /// Preset of the engine, such as fast or fine; for dipn a network's file or name [default: the one that suits planning]
     #[arg(long, value_name = "NAME")]
     pub preset: Option<String>,
 }
@@ -261,6 +309,16 @@ impl PlannerArgs {
         };
         options.set_physics(self.physics.physics.as_deref(), self.physics.preset.as_deref())?;
         options.set_confirm(self.confirm.as_deref())?;
+        let (scorer, file) = match self.scorer.split_once(':') {
+            Some((scorer, file)) => (scorer, Some(file)),
+            None => (self.scorer.as_str(), None),
+        };
+        options.scorer = scorer.into();
+        check_scorer(scorer)?;
+        if let Some(file) = file {
+            let kind = Kind::by_name(scorer).map_err(|_| Failure::usage("scorer: `geometric` has no network"))?;
+            options.scorer_model = Some(Model::open(file, Some(kind), &LoadOptions::default())?);
+        }
         options.validate()?;
         Ok(options)
     }

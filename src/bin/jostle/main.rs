@@ -5,6 +5,7 @@
 
 mod args;
 mod bench_image;
+mod bench_net;
 mod bench_path;
 mod bench_push;
 mod bench_search;
@@ -12,6 +13,7 @@ mod crosscheck;
 mod datagen;
 mod fidelity;
 mod generate;
+mod model;
 mod observe;
 mod output;
 mod plan;
@@ -56,9 +58,11 @@ fn command() -> Outcome<()> {
         Command::Bench(BenchCommand::Push(args)) => bench_push::run(&args),
         Command::Bench(BenchCommand::Search(args)) => bench_search::run(&args),
         Command::Bench(BenchCommand::Path(args)) => bench_path::run(&args),
+        Command::Bench(BenchCommand::Net(args)) => bench_net::run(&args),
         Command::Bench(BenchCommand::Image(args)) => bench_image::run(&args),
         Command::Render(args) => render::run(&args),
         Command::Datagen(command) => datagen::run(&command),
+        Command::Model(args) => model::run(&args),
         Command::Observe(args) => observe::run(&args),
     }
 }
