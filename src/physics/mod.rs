@@ -2,6 +2,7 @@
 
 mod approach;
 pub mod bullet;
+mod ensemble;
 pub mod lanes;
 pub mod narrow;
 mod options;
@@ -13,6 +14,7 @@ mod transition;
 #[cfg(feature = "bullet")]
 pub use bullet::Bullet;
 pub use bullet::BulletSettings;
+pub use ensemble::Ensemble;
 pub use options::{ENGINES, EngineInfo, EngineSettings, PhysicsOptions, Purpose, engine};
 pub use planar::{Planar, PlanarSettings};
 pub use prism::{Prism, PrismSettings};
