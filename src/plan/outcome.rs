@@ -43,6 +43,12 @@ pub struct RankedAction {
     pub prior: f64,
     /// Fewest actions to a solution below it, if one was found.
     pub solution_level: Option<u32>,
+    /// Estimated from perturbed worlds, where the planner weighs plans in them: the probability that the target is out
+    /// after no more actions than the best plan that begins so, and the mean number of actions.
+    pub success_chance: Option<f64>,
+    pub expected_actions: Option<f64>,
+    /// The state after the action in the model of the search.
+    pub predicted: State,
 }
 
 /// What the decision took.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::confirm::Confirmed;
+use super::confirm::{Confirmed, Weighed};
 use super::decision::{Decision, Found, From, cancelled};
 use super::hedge;
 use super::options::PlannerOptions;
@@ -233,6 +233,7 @@ impl Planner {
             return;
         }
         let Some(domain) = &self.domain else { return };
+        plan.considered = self.considered(&verdict.weighed);
         match verdict.best {
             Some(confirmed) => self.take_confirmed(plan, confirmed),
             None => self.take_chosen(plan, domain),
@@ -246,7 +247,6 @@ impl Planner {
             _ if plan.actions.is_empty() => Outcome::Infeasible,
             _ => Outcome::Partial,
         };
-        plan.considered = self.considered();
     }
 
     /// The search's own choice, as the model predicts it.
@@ -281,12 +281,15 @@ impl Planner {
         plan.actions.extend(end);
     }
 
-    fn considered(&self) -> Vec<RankedAction> {
+    /// The root's actions: first those that were weighed in perturbed worlds, by the expected number of actions, then the
+    /// others by value.
+    fn considered(&self, weighed: &[Weighed]) -> Vec<RankedAction> {
         let mut ranked: Vec<RankedAction> = self
             .tree
             .root_children()
             .filter_map(|child| {
                 let node = child.node?;
+                let weighed = weighed.iter().find(|w| same_push(&w.push, child.action));
                 Some(RankedAction {
                     action: Action::Push(*child.action),
                     value: child.score.unwrap_or(node.mean),
@@ -294,11 +297,15 @@ impl Planner {
                     visits: u64::from(node.visits),
                     prior: f64::from(child.prior),
                     solution_level: node.solved_level,
+                    success_chance: weighed.map(|w| w.chance),
+                    expected_actions: weighed.map(|w| w.expected),
+                    predicted: node.state.clone(),
                 })
             })
             .collect();
         // Stable: equal values stay in the sampler's order.
-        ranked.sort_by(|a, b| b.value.total_cmp(&a.value));
+        let expected = |a: &RankedAction| a.expected_actions.unwrap_or(f64::INFINITY);
+        ranked.sort_by(|a, b| expected(a).total_cmp(&expected(b)).then(b.value.total_cmp(&a.value)));
         ranked.truncate(CONSIDERED);
         ranked
     }

@@ -1,32 +1,47 @@
 //! One decision of `hedge`: levels one after another, each weighed before the next is begun.
 
-use super::expect::{Way, ways, weigh};
 use super::episode::Rules;
+use super::expect::{Way, ways, weigh};
 use crate::error::Result;
 use crate::physics::{Ensemble, PushStatus, Transition};
-use crate::plan::confirm::{Confirmed, SEARCH_SHARE, Verdict};
+use crate::plan::confirm::{Confirmed, SEARCH_SHARE, Verdict, Weighed};
 use crate::plan::decision::{Decision, Found, From, asked, both, cancelled};
 use crate::plan::retrieval::Retrieval;
-use crate::run::Budget;
+use crate::run::{Budget, Stop};
 use crate::scene::State;
 use crate::search::{Closed, EarlyStop, EndReason, Params, Run, Tree};
 
 /// Levels that are searched whole, whatever it takes.
 const WHOLE: u32 = 2;
-/// Iterations of the guided search below them, and of each piece of it, after which it looks at what it has.
-const GUIDED: u64 = 8192;
-const PIECE: u64 = 1024;
+/// Iterations of a piece of the guided search below them, after which it looks at what it has.
+const PIECE: u64 = 512;
+/// Iterations of it with a solution known, and without one.
+const GUIDED: u64 = 2048;
+const GUIDED_BLIND: u64 = 6144;
 /// First pushes with a solution that are enough of them.
 const ENOUGH: usize = 8;
 
 /// What one search of a level may do: everything down to this level, without rollouts.
-fn level(params: &Params, level: u32) -> Params {
+pub(in crate::plan) fn level(params: &Params, level: u32) -> Params {
     Params {
         max_depth: level.min(params.max_depth),
         rollout_extra: 0,
         closed: Closed::Skip,
         early_stop: EarlyStop::Never,
         shrink_depth_on_solution: false,
+        ..*params
+    }
+}
+
+/// The guided search below: to the depth of the shortest solution that is known, as far as it may otherwise.
+fn below(params: &Params, solution: Option<u32>) -> Params {
+    let deepest = solution.filter(|&level| level > WHOLE).unwrap_or(params.max_depth).min(params.max_depth);
+    Params {
+        max_depth: deepest,
+        rollout_extra: if deepest < params.max_depth { 0 } else { params.rollout_extra },
+        early_stop: EarlyStop::Never,
+        shrink_depth_on_solution: false,
+        closed: Closed::Skip,
         ..*params
     }
 }
@@ -49,63 +64,63 @@ pub(in crate::plan) fn make(
         progress,
     };
     let rules = Rules { domain, ensemble, execute_score, stop };
-    let (mut verdict, mut best): (Verdict, Option<Way>) = (Verdict::default(), None);
-    let mut done = 1;
     let mut report = match from {
         From::Root(state, seed) => tree.search(domain, state, &level(params, 1), seed, &run(budget.iterations))?,
         From::Tree => tree.resume(domain, &level(params, 1), &run(budget.iterations))?,
     };
-    let mut guided = 0;
-    loop {
-        if asked(&report, &search_stop) || report.reason == EndReason::Solved {
-            break;
-        }
-        let mut found = ways(tree, done);
-        let enough = done <= WHOLE || found.len() >= ENOUGH || guided >= GUIDED || report.reason != EndReason::Iterations;
-        if enough && !found.is_empty() {
+    let mut verdict = Verdict::default();
+    let mut weighed: Vec<Way> = Vec::new();
+    let (mut done, mut guided) = (1, 0);
+    // A root that is a solution ends the first search by itself.
+    while !asked(&report, &search_stop) && report.reason != EndReason::Solved {
+        let mut fresh = ways(tree, done);
+        fresh.retain(|way| !weighed.iter().any(|known| known.pushes.first() == way.pushes.first()));
+        let most = if fresh.is_empty() { GUIDED_BLIND } else { GUIDED };
+        let through = report.reason != EndReason::Iterations || search_stop.requested();
+        if done <= WHOLE || fresh.len() >= ENOUGH || guided >= most || through {
             let before = stop.elapsed();
             let mut spent = [0; 2];
-            verdict.tried += found.len() as u64;
-            weigh(&mut found, &rules, pool, observed, &mut spent)?;
+            verdict.tried += fresh.len() as u64;
+            weigh(&mut fresh, &rules, pool, observed, &mut spent)?;
             verdict.simulations += spent[0];
             report.simulations += spent[1];
             verdict.seconds += (stop.elapsed() - before).as_secs_f64();
-            verdict.confirmed += found.iter().filter(|w| w.chance() >= 0.5).count() as u64;
-            if let Some(way) = found.into_iter().next()
-                && best.as_ref().is_none_or(|b| way.expected() < b.expected())
-            {
-                best = Some(way);
-            }
+            verdict.confirmed += fresh.iter().filter(|way| way.chance() >= 0.5).count() as u64;
+            weighed.append(&mut fresh);
+            // Stable: of equals the shorter plan stays first.
+            weighed.sort_by(|a, b| a.expected().total_cmp(&b.expected()));
             // A longer plan takes at least one action more than the levels that were searched.
-            if best.as_ref().is_some_and(|b| b.expected() <= f64::from(done) + 2.0) {
+            let settled = weighed.first().is_some_and(|way| way.expected() <= f64::from(done) + 2.0);
+            if settled || done > WHOLE {
                 break;
             }
         }
         let left = budget.iterations.map(|most| most.saturating_sub(report.iterations));
-        if left == Some(0) || search_stop.requested() || done > WHOLE && enough {
+        if left == Some(0) || search_stop.requested() || done >= params.max_depth && done <= WHOLE {
             break;
         }
-        let (params, most) = if done < WHOLE {
+        let further = if done < WHOLE {
             done += 1;
-            (level(params, done), left)
+            tree.resume(domain, &level(params, done), &run(left))?
         } else {
             done = params.max_depth;
             guided += PIECE;
-            (*params, Some(left.unwrap_or(PIECE).min(PIECE)))
+            let piece = Some(left.unwrap_or(PIECE).min(PIECE));
+            tree.resume(domain, &below(params, report.solution_level), &run(piece))?
         };
-        if done > params.max_depth {
-            break;
-        }
-        let further = tree.resume(domain, &params, &run(most))?;
         report = both(&report, further);
-        // A piece that was used up is no reason to end; the budget is looked at above.
     }
-    if let Some(way) = best {
+    if let Some(way) = weighed.first().filter(|way| !way.costs.is_empty()) {
         verdict.chance = Some(way.chance());
         verdict.expected = Some(way.expected());
         verdict.worlds = way.costs.len() as u64;
-        verdict.best = as_predicted(domain, decision.confirming.map(|e| &**e), &way, observed, stop);
+        verdict.best = as_predicted(domain, decision.confirming.map(|e| &**e), way, observed, stop);
     }
+    verdict.weighed = weighed
+        .iter()
+        .filter(|way| !way.costs.is_empty())
+        .filter_map(|way| Some(Weighed { push: *way.pushes.first()?, chance: way.chance(), expected: way.expected() }))
+        .collect();
     Ok(Found { cancelled: asked(&report, &search_stop) || cancelled(stop), report, verdict })
 }
 
@@ -115,7 +130,7 @@ fn as_predicted(
     engine: Option<&dyn Transition>,
     way: &Way,
     observed: &State,
-    stop: &crate::run::Stop,
+    stop: &Stop,
 ) -> Option<Confirmed> {
     let mut scratch = domain.new_scratch();
     let faithful = engine.and_then(|engine| {

@@ -26,10 +26,6 @@ pub(super) struct Way {
     pub pushes: Vec<Push>,
     /// The state after each push in the model of the search.
     pub states: Vec<State>,
-    /// Solutions of its length that begin with the same push.
-    pub solutions: usize,
-    /// Score of its last grasp.
-    pub quality: f64,
     /// Actions in each world that it was tried in.
     pub costs: Vec<f64>,
 }
@@ -78,7 +74,7 @@ pub(super) fn ways(tree: &Tree<Retrieval>, longest: u32) -> Vec<Way> {
         }
     }
     best.sort_by(|a, b| a.1.cmp(&b.1).then(b.4.cmp(&a.4)).then(b.2.total_cmp(&a.2)).then(a.0.cmp(&b.0)));
-    let way = |&(_, level, quality, at, solutions): &(usize, u32, f64, usize, usize)| {
+    let way = |&(_, level, _, at, _): &(usize, u32, f64, usize, usize)| {
         let (mut pushes, mut states) = (Vec::new(), Vec::new());
         let mut here = Some(&nodes[at]);
         while let Some((node, (_, push))) = here.and_then(|n| Some((n, n.action?))) {
@@ -88,7 +84,7 @@ pub(super) fn ways(tree: &Tree<Retrieval>, longest: u32) -> Vec<Way> {
         }
         pushes.reverse();
         states.reverse();
-        (pushes.len() == level as usize).then_some(Way { pushes, states, solutions, quality, costs: Vec::new() })
+        (pushes.len() == level as usize).then_some(Way { pushes, states, costs: Vec::new() })
     };
     best.iter().filter_map(way).take(PLANS).collect()
 }

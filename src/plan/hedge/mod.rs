@@ -16,7 +16,7 @@ mod decision;
 mod episode;
 mod expect;
 
-pub(super) use decision::make;
+pub(super) use decision::{level, make};
 
 use super::options::PlannerOptions;
 use super::recipe::Recipe;
