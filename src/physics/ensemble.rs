@@ -65,3 +65,29 @@ impl Ensemble {
         self.uncertainty.state(&self.scene, truth, self.key.child(k as u64).child(LOOKS).child(look))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::generate::{Generator, GeneratorParams};
+
+    #[test]
+    fn worlds_are_functions_of_the_key_and_differ_from_each_other() {
+        let problem = Generator::new(GeneratorParams::default(), 1).unwrap().problem(0).unwrap();
+        let engines = [PhysicsOptions::preset("fast")];
+        let make = |seed, count| {
+            Ensemble::new(&problem.scene, &engines, Uncertainty::default(), count, Key::new(seed)).unwrap()
+        };
+        let (a, more, other) = (make(1, 4), make(1, 8), make(2, 4));
+        assert_eq!((a.len(), more.len()), (4, 8));
+        let friction = |e: &Ensemble, k: usize| e.engine(k).unwrap().scene().clone();
+        for k in 0..4 {
+            assert_eq!(friction(&a, k), friction(&more, k), "more worlds change none of the first");
+            assert_ne!(friction(&a, k), friction(&other, k));
+            assert_eq!(a.truth(k, &problem.state), more.truth(k, &problem.state));
+            assert_ne!(a.truth(k, &problem.state), a.truth((k + 1) % 4, &problem.state));
+            assert_ne!(a.observe(k, &problem.state, 0), a.observe(k, &problem.state, 1), "every look is another one");
+        }
+        assert!(a.engine(4).is_none());
+    }
+}

@@ -15,9 +15,8 @@ use crate::search::{Closed, EarlyStop, EndReason, Params, Run, Tree};
 const WHOLE: u32 = 2;
 /// Iterations of a piece of the guided search below them, after which it looks at what it has.
 const PIECE: u64 = 512;
-/// Iterations of it with a solution known, and without one.
+/// Iterations of it with a solution known; without one it goes on to the end of the budget.
 const GUIDED: u64 = 2048;
-const GUIDED_BLIND: u64 = 6144;
 /// First pushes with a solution that are enough of them.
 const ENOUGH: usize = 8;
 
@@ -75,7 +74,7 @@ pub(in crate::plan) fn make(
     while !asked(&report, &search_stop) && report.reason != EndReason::Solved {
         let mut fresh = ways(tree, done);
         fresh.retain(|way| !weighed.iter().any(|known| known.pushes.first() == way.pushes.first()));
-        let most = if fresh.is_empty() { GUIDED_BLIND } else { GUIDED };
+        let most = if fresh.is_empty() { u64::MAX } else { GUIDED };
         let through = report.reason != EndReason::Iterations || search_stop.requested();
         if done <= WHOLE || fresh.len() >= ENOUGH || guided >= most || through {
             let before = stop.elapsed();

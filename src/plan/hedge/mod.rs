@@ -29,8 +29,10 @@ use crate::search::Params;
 
 /// Lanes where the user sets none.
 const LANES: usize = 64;
-/// What a robot may wait for, seconds; few decisions need it.
-const SECONDS: f64 = 3.0;
+/// Limits of a decision. Where a plan is found, the caps on the work end it long before; the iterations come before the
+/// seconds, so that what is decided does not depend on how busy the machine is.
+const ITERATIONS: u64 = 8192;
+const SECONDS: f64 = 8.0;
 
 pub fn recipe(options: &PlannerOptions) -> Result<Recipe> {
     let lanes = options.lanes.unwrap_or(LANES) as u32;
@@ -46,7 +48,7 @@ pub fn recipe(options: &PlannerOptions) -> Result<Recipe> {
         hedges: true,
         sampler: "pmbs_contour",
         reward: Reward { shaping: 0.1, solved_score: options.grasp.solved_score },
-        budget: Budget::seconds(SECONDS),
+        budget: Budget { iterations: Some(ITERATIONS), seconds: Some(SECONDS), bytes: None },
     })
 }
 
