@@ -6,7 +6,7 @@ use jostle::action::{Action, ContourSampler, Push, PushSampler, SamplerScratch};
 use jostle::eval::{Judge, JudgeOptions, Suite, TrialEnd, needs_push, needs_pushes, run_trial};
 use jostle::geom::normalize_angle;
 use jostle::grasp::{GraspParams, GraspScratch, GraspTest};
-use jostle::physics::{self, PhysicsOptions, PushStatus, Purpose, Transition};
+use jostle::physics::{self, PhysicsOptions, Purpose, PushStatus, Transition};
 use jostle::plan::{Confirm, Control, Outcome, Plan, Planner, PlannerOptions};
 use jostle::record::explanation;
 use jostle::run::{Budget, Key, Stop};

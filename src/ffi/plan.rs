@@ -464,6 +464,8 @@ pub unsafe extern "C" fn jostle_plan_explain(
     count: *mut usize,
 ) -> jostle_status {
     with("jostle_plan_explain", plan, |plan| {
+        // SAFETY: the caller promises a writable place.
+        unsafe { out(count, "count") }?;
         let considered = match &plan.made {
             Made::Retrieval(made) => made.considered.get(index),
             Made::Rearrangement(_) => None,
@@ -473,12 +475,12 @@ pub unsafe extern "C" fn jostle_plan_explain(
         })?;
         // SAFETY: the caller promises writable places where they are not null, and room for `capacity` poses.
         unsafe {
-            for (place, value) in [(success_chance, action.success_chance), (expected_actions, action.expected_actions)] {
+            for (place, value) in [(success_chance, action.success_chance), (expected_actions, action.expected_actions)]
+            {
                 if !place.is_null() {
                     out(place, "number")?.set(value.unwrap_or(0.0));
                 }
             }
-            out(count, "count")?;
             fill(buffer, capacity, count, &plan.bodies.poses(&action.predicted))
         }
     })

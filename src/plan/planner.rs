@@ -304,8 +304,11 @@ impl Planner {
             })
             .collect();
         // Stable: equal values stay in the sampler's order.
-        let expected = |a: &RankedAction| a.expected_actions.unwrap_or(f64::INFINITY);
-        ranked.sort_by(|a, b| expected(a).total_cmp(&expected(b)).then(b.value.total_cmp(&a.value)));
+        let place = |a: &RankedAction| {
+            let same = |w: &Weighed| matches!(&a.action, Action::Push(push) if same_push(push, &w.push));
+            weighed.iter().position(same).unwrap_or(usize::MAX)
+        };
+        ranked.sort_by(|a, b| place(a).cmp(&place(b)).then(b.value.total_cmp(&a.value)));
         ranked.truncate(CONSIDERED);
         ranked
     }

@@ -55,14 +55,7 @@ impl Rules<'_> {
     }
 
     /// The push from `start`, moved back as far as it takes.
-    fn legal(
-        &self,
-        start: Vec2,
-        direction: Vec2,
-        travel: f64,
-        placed: &[Placed],
-        near: &mut [usize],
-    ) -> Option<Push> {
+    fn legal(&self, start: Vec2, direction: Vec2, travel: f64, placed: &[Placed], near: &mut [usize]) -> Option<Push> {
         for back in std::iter::once(0.0).chain(self.params.back_off.iter().copied()) {
             let start = start - direction * back;
             let end = start + direction * travel;
@@ -85,7 +78,8 @@ impl Rules<'_> {
             if !body.pushable || (p.frame.origin - end).norm_squared() > reach * reach {
                 continue;
             }
-            let Some(behind) = extent_behind(&body.footprint, p.frame.inverse_vector(direction), 0.0, self.params.strip)
+            let Some(behind) =
+                extent_behind(&body.footprint, p.frame.inverse_vector(direction), 0.0, self.params.strip)
             else {
                 continue;
             };

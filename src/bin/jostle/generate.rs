@@ -39,9 +39,7 @@ pub fn run(args: &GenerateArgs) -> Outcome<()> {
     // Whether a push is needed depends on the gripper, so it is changed before the test.
     let length = push_travel(args.profile.profile().unwrap_or_default());
     let problems = generator.generate_filtered(args.count, |problem| {
-        with_gripper(problem, &gripper)
-            .and_then(|problem| needs_pushes(&problem, args.pushes, length))
-            .unwrap_or(false)
+        with_gripper(problem, &gripper).and_then(|problem| needs_pushes(&problem, args.pushes, length)).unwrap_or(false)
     })?;
     std::fs::create_dir_all(folder).map_err(|e| Failure::failed(format!("{}: {e}", folder.display())))?;
     let mut report = Report {

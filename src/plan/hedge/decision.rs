@@ -56,12 +56,8 @@ pub(in crate::plan) fn make(
 ) -> Result<Found> {
     let Decision { domain, params, budget, pool, stop, progress, .. } = *decision;
     let search_stop = stop.sooner(SEARCH_SHARE);
-    let run = |iterations: Option<u64>| Run {
-        pool,
-        stop: &search_stop,
-        budget: Budget { iterations, ..budget },
-        progress,
-    };
+    let run =
+        |iterations: Option<u64>| Run { pool, stop: &search_stop, budget: Budget { iterations, ..budget }, progress };
     let rules = Rules { domain, ensemble, execute_score, stop };
     let mut report = match from {
         From::Root(state, seed) => tree.search(domain, state, &level(params, 1), seed, &run(budget.iterations))?,
@@ -95,7 +91,8 @@ pub(in crate::plan) fn make(
             }
         }
         let left = budget.iterations.map(|most| most.saturating_sub(report.iterations));
-        if left == Some(0) || search_stop.requested() || done >= params.max_depth && done <= WHOLE {
+        let full = report.reason == EndReason::Memory;
+        if full || left == Some(0) || search_stop.requested() || done >= params.max_depth && done <= WHOLE {
             break;
         }
         let further = if done < WHOLE {
