@@ -134,7 +134,7 @@ fn a_run_reports_every_named_number() {
         assert!(total.pointer(path).is_some_and(Value::is_number), "{path}: {total}");
     }
     let configuration = &report["configuration"];
-    assert_eq!(configuration["planner"], "pmbs");
+    assert_eq!(configuration["planner"], "hedge");
     assert_eq!(configuration["gripper"], "robotiq_2f85");
     assert_eq!((&configuration["seed"], &configuration["trials"]), (&3.into(), &2.into()));
     assert_eq!(configuration["budget"]["iterations"], 20);
@@ -225,7 +225,7 @@ fn mistakes_end_with_status_2_and_one_line() {
         (&["plan"], "error: the following required arguments were not provided: <SCENE>; see --help"),
         (&["plan", "no such.json"], "no such.json: "),
         (&["plan", &broken], "line 2"),
-        (&["plan", &scene, "--planner", "best"], "planner: no planner is named `best`; known: pmbs, mcts"),
+        (&["plan", &scene, "--planner", "best"], "planner: no planner is named `best`; known: hedge, pmbs, mcts"),
         (&["plan", &scene, "--physics", "box"], "physics.engine: no engine is named `box`"),
         (&["plan", &scene, "--preset", "finest"], "physics.preset: planar has no preset `finest`"),
         (&["plan", &scene, "--gripper", "hand"], "gripper: no gripper is named `hand`"),

@@ -427,8 +427,8 @@ typedef struct jostle_planner_options {
   /// Worker threads; 0 runs everything on the caller. Never changes a plan made within a limit of iterations.
   /// JOSTLE_THREADS_OF_CONTEXT by default.
   uint32_t threads;
-  /// "pmbs" or "mcts" to retrieve a target, "untangle", "pmmr" or "hbfs" to bring bodies to the scene's goals; null
-  /// (the default) for "pmbs". The options on pushes, grasps and engines are for retrieval only.
+  /// "hedge", "pmbs" or "mcts" to retrieve a target, "untangle", "pmmr" or "hbfs" to bring bodies to the scene's goals; null
+  /// (the default) for "hedge". The options on pushes, grasps and engines are for retrieval only.
   const char *planner;
   /// Engine that predicts what a push does: "rapier", "planar", "prism" or "bullet"; null (the default) for the
   /// planner's own.
@@ -561,6 +561,17 @@ typedef struct jostle_plan_statistics {
   uint64_t confirm_simulations;
   /// Wall-clock time of it, contained in `seconds`.
   double confirm_seconds;
+  /// 1 if no shorter plan exists in the planner's actions and model: every push of every state that fewer pushes lead
+  /// to was tried; else 0.
+  uint32_t proved_shortest;
+  /// Perturbed worlds that the next two are estimated from; 0 if the planner weighs no plans in such worlds, or had no
+  /// need to.
+  uint32_t worlds;
+  /// Probability that the target is out after no more actions than the plan has, if the robot looks and plans again
+  /// after every action.
+  double success_chance;
+  /// Mean number of actions until then.
+  double expected_actions;
 } jostle_plan_statistics;
 
 /// How the world differs from the planner's model: not at all by default, but for the finer preset.
@@ -1742,6 +1753,24 @@ jostle_status jostle_plan_considered(const struct jostle_plan *plan,
                                      struct jostle_ranked_action *buffer,
                                      size_t capacity,
                                      size_t *count);
+
+/// Where the bodies are expected after a first action that was considered (`index` as in jostle_plan_considered()), and
+/// what it came to in perturbed worlds: the probability that the target is out after no more actions than the best plan
+/// that begins so, and the mean number of actions. Both are 0 for an action that was not weighed in such worlds.
+///
+/// Thread: shared use of plan.
+/// RT: no.
+/// Nullable: buffer (with capacity 0: asks for the count), success_chance, expected_actions.
+/// Owns: the caller owns the buffer.
+/// Errors: ARGUMENT (null), HANDLE, BUFFER (count was written), NOT_FOUND (no such action, or a plan that moves bodies to
+/// goals).
+jostle_status jostle_plan_explain(const struct jostle_plan *plan,
+                                  size_t index,
+                                  double *success_chance,
+                                  double *expected_actions,
+                                  struct jostle_body_pose *buffer,
+                                  size_t capacity,
+                                  size_t *count);
 
 /// Sets every field to its default; `size` is sizeof(jostle_plan_statistics) as the caller was compiled.
 /// jostle_plan_statistics_default() in this header does it for you.

@@ -50,8 +50,8 @@ pub struct jostle_planner_options {
     /// Worker threads; 0 runs everything on the caller. Never changes a plan made within a limit of iterations.
     /// JOSTLE_THREADS_OF_CONTEXT by default.
     pub threads: u32,
-    /// "pmbs" or "mcts" to retrieve a target, "untangle", "pmmr" or "hbfs" to bring bodies to the scene's goals; null
-    /// (the default) for "pmbs". The options on pushes, grasps and engines are for retrieval only.
+    /// "hedge", "pmbs" or "mcts" to retrieve a target, "untangle", "pmmr" or "hbfs" to bring bodies to the scene's goals; null
+    /// (the default) for "hedge". The options on pushes, grasps and engines are for retrieval only.
     pub planner: *const c_char,
     /// Engine that predicts what a push does: "rapier", "planar", "prism", "bullet" or the network "dipn"; null (the
     /// default) for the planner's own.

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::hedge;
 use super::recipe::recipe;
 use crate::action::SamplerParams;
 use crate::error::{Error, Result, check_range};
@@ -9,7 +10,7 @@ use crate::grasp::check_scorer;
 use crate::net::Model;
 use crate::physics::{PhysicsOptions, Purpose};
 use crate::run::Budget;
-use crate::search::Params;
+use crate::search::{EarlyStop, Params};
 
 /// When a grasp is executed and when a state counts as solved, by the grasp's score in [0, 1].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -95,7 +96,7 @@ pub enum Variant {
 impl Default for PlannerOptions {
     fn default() -> Self {
         Self {
-            planner: "pmbs".into(),
+            planner: "hedge".into(),
             physics: None,
             confirm: Confirm::Own,
             sampler: None,
@@ -120,6 +121,26 @@ impl PlannerOptions {
     /// The parameters of the search that these options lead to.
     pub fn search_params(&self) -> Result<Params> {
         Ok(recipe(self)?.search)
+    }
+
+    /// The same action set and model, and nothing but a search of every plan of at most `pushes` pushes, which ends with
+    /// the first that frees the target. Answers whether there is one: see `PlanStatistics::no_plan_within`.
+    pub fn search_only(&self, pushes: u32) -> Result<PlannerOptions> {
+        let own = recipe(self)?;
+        let search = Params {
+            early_stop: EarlyStop::LevelComplete { first: pushes, last: Some(pushes) },
+            min_iterations: 0,
+            ..hedge::level(&Params { max_depth: pushes, ..own.search }, pushes)
+        };
+        Ok(PlannerOptions {
+            planner: "pmbs".into(),
+            physics: Some(own.physics),
+            confirm: Confirm::Off,
+            sampler: self.sampler.clone().or_else(|| Some(own.sampler.into())),
+            budget: Budget::iterations(u64::from(u32::MAX)),
+            search: Some(search),
+            ..self.clone()
+        })
     }
 
     /// Sets the engine by name. An engine without a preset gets the one that suits planning; a preset without an engine is

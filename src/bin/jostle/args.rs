@@ -220,8 +220,8 @@ pub struct BenchNetArgs {
 /// How a planner is set up.
 #[derive(Debug, Clone, Args)]
 pub struct PlannerArgs {
-    /// The planner: pmbs (parallel waves) or mcts (serial); for rearrangements untangle, pmmr or hbfs
-    #[arg(long, default_value = "pmbs", value_name = "NAME")]
+    /// The planner: hedge (fewest actions on average), pmbs (parallel waves) or mcts (serial); for rearrangements untangle, pmmr or hbfs
+    #[arg(long, default_value = "hedge", value_name = "NAME")]
     pub planner: String,
     #[command(flatten)]
     pub physics: PhysicsArgs,
@@ -420,11 +420,15 @@ pub struct PlanArgs {
     /// Draw the plan into this file
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
+    /// Draw why it was chosen: a panel for each of the best first actions
+    #[arg(long, value_name = "FILE")]
+    pub explain: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
 pub struct RunArgs {
-    /// A folder of scenes, a single scene, generated:N[:SEED], or rearrange for the 40 rearrangements of this tool
+    /// A folder of scenes, a single scene, generated:N[:SEED], or a suite of this tool: own-hard, own-confined, deep,
+    /// rearrange
     #[arg(value_name = "SUITE", required_unless_present = "suite_option")]
     pub suite: Option<String>,
     /// The same by name
@@ -479,6 +483,9 @@ pub struct GenerateArgs {
     /// Workspace and masses
     #[arg(long, value_enum, default_value = "more")]
     pub profile: ProfileArg,
+    /// Least number of pushes that every scene needs, proved by trying all shorter plans
+    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=3))]
+    pub pushes: u32,
     /// A gripper to take the place of the profile's
     #[arg(long, value_name = "NAME")]
     pub gripper: Option<String>,

@@ -24,6 +24,7 @@ mod rearrange_suite;
 mod record;
 mod render;
 mod run;
+mod suites;
 mod table;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
