@@ -15,7 +15,6 @@ pub mod certificate;
 mod closed_loop;
 mod crosscheck;
 mod fidelity;
-mod holds;
 mod judge;
 mod metrics;
 mod rearrange;

@@ -39,6 +39,10 @@ pub struct Verdict {
     pub tried: u64,
     pub confirmed: u64,
     pub simulations: u64,
+    /// Of the best plan in perturbed worlds: share of them in which it succeeds, mean number of actions, their number.
+    pub chance: Option<f64>,
+    pub expected: Option<f64>,
+    pub worlds: u64,
     /// Wall-clock time.
     pub seconds: f64,
 }

@@ -30,6 +30,7 @@ pub fn recipe(options: &PlannerOptions) -> Result<Recipe> {
         search,
         physics: PhysicsOptions::named("planar", None, Purpose::Planning)?,
         confirm: None,
+        hedges: false,
         sampler: "more",
         reward: Reward { shaping: 0.2, solved_score: options.grasp.solved_score },
         budget: Budget::iterations(ITERATIONS),

@@ -2,6 +2,7 @@
 
 mod confirm;
 mod decision;
+mod hedge;
 mod mcts;
 mod options;
 mod outcome;

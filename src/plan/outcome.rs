@@ -69,6 +69,16 @@ pub struct PlanStatistics {
     pub confirm_simulations: u64,
     /// Wall-clock seconds of it, contained in `seconds`.
     pub confirm_seconds: f64,
+    /// No plan of fewer pushes exists in the planner's action set and model: every push of every state that fewer
+    /// pushes lead to was tried.
+    pub proved_shortest: bool,
+    /// Estimated probability that the target is out after no more actions than the plan has, if the robot looks and plans
+    /// again after every action; of planners that weigh plans in perturbed worlds.
+    pub success_chance: Option<f64>,
+    /// Estimated number of actions until then, on average.
+    pub expected_actions: Option<f64>,
+    /// Perturbed worlds that these two are estimated from.
+    pub worlds: u64,
 }
 
 /// The answer of a planner.

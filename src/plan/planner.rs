@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::confirm::Confirmed;
 use super::decision::{Decision, Found, From, cancelled};
+use super::hedge;
 use super::options::PlannerOptions;
 use super::outcome::{Outcome, Plan, PlanStatistics, PlannedAction, RankedAction};
 use super::recipe::{Recipe, recipe};
@@ -13,7 +14,7 @@ use crate::error::Result;
 use crate::geom::normalize_angle;
 use crate::grasp::{self, Networks};
 use crate::net::MotionModel;
-use crate::physics::{self, PhysicsOptions, Transition};
+use crate::physics::{self, Ensemble, PhysicsOptions, Transition};
 use crate::run::{Budget, CancelToken, Pool, Progress};
 use crate::scene::{Problem, Scene, State};
 use crate::search::{EndReason, Tree};
@@ -37,6 +38,8 @@ pub struct Planner {
     domain: Option<Retrieval>,
     /// The engine that plans are confirmed in, prepared for the domain's scene.
     confirming: Option<Arc<dyn Transition>>,
+    /// The perturbed worlds that plans are weighed in, of the same scene.
+    ensemble: Option<Ensemble>,
     /// The state that the tree's root stands for: the one observed, until an action is executed.
     expected: Option<State>,
     /// A grasp has to score at least this, since one that scored less failed; see [`Planner::failed`].
@@ -94,6 +97,7 @@ impl Planner {
             tree: Tree::new(),
             domain: None,
             confirming: None,
+            ensemble: None,
             expected: None,
             demand: 0.0,
         })
@@ -181,6 +185,8 @@ impl Planner {
             let network = self.networks.confirm.as_ref();
             let engine = |options| physics::engine_with(options, Arc::clone(&problem.scene), network);
             self.confirming = self.recipe.confirm.as_ref().map(engine).transpose()?;
+            let worlds = || hedge::ensemble(&self.recipe, problem, self.options.seed);
+            self.ensemble = self.recipe.hedges.then(worlds).transpose()?;
             self.domain = Some(prepare(&self.options, &self.recipe, &self.networks, problem)?);
         }
         let Some(domain) = &mut self.domain else {
@@ -202,6 +208,7 @@ impl Planner {
             plan.grasp_score = grasp.score;
             plan.actions.push(grasped(&problem.state, grasp, grasp.score));
             plan.statistics.seconds = stop.elapsed().as_secs_f64();
+            plan.statistics.proved_shortest = true;
             return Ok(plan);
         }
 
@@ -216,7 +223,11 @@ impl Planner {
         };
         let resume = keep && fits && self.tree.root_state().is_some();
         let from = if resume { From::Tree } else { From::Root(&problem.state, self.options.seed) };
-        let found = decision.make(&mut self.tree, from, &problem.state).inspect_err(|_| self.expected = None)?;
+        let found = match &self.ensemble {
+            Some(ensemble) => hedge::make(&decision, ensemble, enough, &mut self.tree, from, &problem.state),
+            None => decision.make(&mut self.tree, from, &problem.state),
+        }
+        .inspect_err(|_| self.expected = None)?;
         if self.expected.is_none() || !keep {
             self.expected = Some(problem.state.clone());
         }
@@ -239,6 +250,9 @@ impl Planner {
             plans_confirmed: verdict.confirmed,
             confirm_simulations: verdict.simulations,
             confirm_seconds: verdict.seconds,
+            success_chance: verdict.chance,
+            expected_actions: verdict.expected,
+            worlds: verdict.worlds,
             ..plan.statistics
         };
         if cancelled {
@@ -251,6 +265,8 @@ impl Planner {
             None => self.take_chosen(plan, domain),
         }
         let solved = plan.actions.last().is_some_and(|a| matches!(a.action, Action::Grasp(_)));
+        let pushes = plan.actions.iter().filter(|a| matches!(a.action, Action::Push(_))).count();
+        plan.statistics.proved_shortest = solved && pushes as u64 <= u64::from(report.proved_level);
         plan.outcome = match report.reason {
             _ if solved => Outcome::Solved,
             EndReason::Iterations | EndReason::Memory | EndReason::Deadline => Outcome::Budget,

@@ -49,6 +49,7 @@ pub fn recipe(options: &PlannerOptions) -> Result<Recipe> {
             Variant::Tuned => Some(PhysicsOptions::named("prism", None, Purpose::Planning)?),
             Variant::Dissertation | Variant::Code => None,
         },
+        hedges: false,
         sampler,
         reward: Reward { shaping: 0.1, solved_score: options.grasp.solved_score },
         budget: Budget::seconds(seconds),

@@ -2,7 +2,7 @@
 
 use super::options::{Confirm, PlannerOptions};
 use super::retrieval::Reward;
-use super::{mcts, pmbs};
+use super::{hedge, mcts, pmbs};
 use crate::error::{Error, Result};
 use crate::physics::PhysicsOptions;
 use crate::run::Budget;
@@ -16,6 +16,8 @@ pub struct Recipe {
     pub physics: PhysicsOptions,
     /// Engine that plans are tried in before the decision.
     pub confirm: Option<PhysicsOptions>,
+    /// Plans are chosen by their expected number of actions in perturbed worlds.
+    pub hedges: bool,
     /// Name of its push sampler.
     pub sampler: &'static str,
     pub reward: Reward,
@@ -24,11 +26,12 @@ pub struct Recipe {
 }
 
 /// The ids of the planners.
-pub const PLANNERS: [&str; 2] = ["pmbs", "mcts"];
+pub const PLANNERS: [&str; 3] = ["hedge", "pmbs", "mcts"];
 
 /// The planner's own recipe with what the options change in it.
 pub fn recipe(options: &PlannerOptions) -> Result<Recipe> {
     let mut recipe = match options.planner.as_str() {
+        "hedge" => hedge::recipe(options)?,
         "pmbs" => pmbs::recipe(options)?,
         "mcts" => mcts::recipe(options)?,
         other => {

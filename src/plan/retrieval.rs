@@ -8,7 +8,7 @@ use crate::geom::normalize_angle;
 use crate::grasp::{GraspAssessment, Scorer};
 use crate::physics::{PushJob, PushResult, PushStatus, Scratch as EngineScratch, Transition};
 use crate::run::{Key, Stop};
-use crate::scene::{Scene, State};
+use crate::scene::{LeaveScope, Scene, State};
 use crate::search::{Candidate, Domain, Job, Outcome, Status};
 
 /// What a state is worth: `shaping * q + [q >= solved]`, with `q` the scorer's judgement in [0, 1]
@@ -66,6 +66,23 @@ impl Retrieval {
         out[0]
     }
 
+    /// The pushes that the sampler lists for a state, in an order of its own.
+    pub(super) fn list(&self, scratch: &mut Scratch, state: &State, out: &mut Vec<Push>) {
+        let mut order = Key::default().stream();
+        self.sampler.sample(&self.scene, state, self.target, None, &mut order, &mut scratch.sampler, out);
+    }
+
+    /// Executes pushes in the model.
+    pub(super) fn simulate(
+        &self,
+        scratch: &mut Scratch,
+        jobs: &[PushJob<'_>],
+        results: &mut [PushResult],
+        stop: &Stop,
+    ) {
+        self.engine.step_batch(&mut scratch.engine, jobs, results, stop);
+    }
+
     /// A state with this assessment is a solution.
     pub fn solves(&self, assessment: &GraspAssessment) -> bool {
         assessment.grasp.is_some() && assessment.score >= self.reward.solved_score.max(self.demand.min(GREATEST_DEMAND))
@@ -100,15 +117,18 @@ impl Retrieval {
         out.candidates.extend(scratch.pushes.iter().map(|push| Candidate::new(*push)));
     }
 
-    /// No body that counts has left the workspace, none has toppled, and something moved.
-    pub(super) fn useful(&self, before: &State, result: &PushResult) -> bool {
-        let rule = self.scene.workspace().leave_scope;
-        let left = match rule {
-            crate::scene::LeaveScope::AllBodies => !result.left.is_empty(),
-            crate::scene::LeaveScope::TargetOnly => result.left.contains(self.target),
+    /// A body that counts has left the workspace, or one has toppled.
+    pub(super) fn harmful(&self, result: &PushResult) -> bool {
+        let left = match self.scene.workspace().leave_scope {
+            LeaveScope::AllBodies => !result.left.is_empty(),
+            LeaveScope::TargetOnly => result.left.contains(self.target),
         };
-        !left
-            && result.toppled.is_empty()
+        left || !result.toppled.is_empty()
+    }
+
+    /// The push does no harm, and something moved.
+    pub(super) fn useful(&self, before: &State, result: &PushResult) -> bool {
+        !self.harmful(result)
             && before.iter().any(|(i, a)| {
                 let b = result.state.pose(i);
                 (a.position() - b.position()).norm_squared() > IDLE.0 * IDLE.0

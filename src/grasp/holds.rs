@@ -2,7 +2,7 @@
 
 use crate::action::Grasp;
 use crate::error::Result;
-use crate::grasp::{GraspParams, GraspScratch, GraspTest};
+use super::{GraspParams, GraspScratch, GraspTest};
 use crate::scene::{Scene, State};
 
 /// The library's grasp rule without the planner's safety distances: a finger may come down as near to a body as it
