@@ -32,8 +32,8 @@ mod tests;
 
 pub use choice::{Networks, SCORERS, check_scorer, scorer};
 pub use graspability::GraspabilityScorer;
-pub use map::MapScorer;
 pub use holds::Jaw;
+pub use map::MapScorer;
 pub use params::{GraspParams, GraspScore};
 pub use scorer::{GeometricScorer, GraspAssessment, Scorer};
 pub use test::{GraspCheck, GraspScratch, GraspTest, Limit};

@@ -4,6 +4,7 @@ mod confirm;
 mod decision;
 mod hedge;
 mod mcts;
+mod more;
 mod options;
 mod outcome;
 mod planner;
@@ -11,6 +12,7 @@ mod pmbs;
 pub mod rearrange;
 mod recipe;
 mod retrieval;
+mod vft;
 
 pub use options::{Confirm, GraspDecision, PlannerOptions, Variant};
 pub use outcome::{Outcome, Plan, PlanStatistics, PlannedAction, RankedAction};

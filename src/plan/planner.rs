@@ -13,7 +13,7 @@ use crate::action::{Action, ContourSampler, Grasp, Push};
 use crate::error::Result;
 use crate::geom::normalize_angle;
 use crate::grasp::{self, Networks};
-use crate::net::MotionModel;
+use crate::net::{Kind, LoadOptions, Model, MotionModel, Ppn, PushValue};
 use crate::physics::{self, Ensemble, PhysicsOptions, Transition};
 use crate::run::{Budget, CancelToken, Pool, Progress};
 use crate::scene::{Problem, Scene, State};
@@ -49,6 +49,7 @@ pub struct Planner {
 /// The networks of the planner's parts, loaded once.
 struct Loaded {
     scorer: Networks,
+    prior: Option<Arc<dyn PushValue>>,
     /// Of the search's engine and of the confirming one, where they are learned.
     search: Option<Arc<dyn MotionModel>>,
     confirm: Option<Arc<dyn MotionModel>>,
@@ -61,11 +62,16 @@ impl Loaded {
             learned.map(|physics| physics::Dipn::load(&physics.preset)).transpose()
         };
         Ok(Loaded {
-            scorer: Networks::load(&options.scorer, options.scorer_model.as_deref())?,
+            scorer: Networks::load(&recipe.scorer, options.scorer_model.as_deref())?,
+            prior: recipe.prior.as_deref().map(prior).transpose()?,
             search: motion(Some(&recipe.physics))?,
             confirm: motion(recipe.confirm.as_ref())?,
         })
     }
+}
+
+fn prior(network: &str) -> Result<Arc<dyn PushValue>> {
+    Ok(Arc::new(Ppn::new(Model::open(network, Some(Kind::Ppn), &LoadOptions::default())?)?))
 }
 
 impl std::fmt::Debug for Planner {
@@ -264,6 +270,9 @@ impl Planner {
             Some(confirmed) => self.take_confirmed(plan, confirmed),
             None => self.take_chosen(plan, domain),
         }
+        if let Some(join) = &self.recipe.join {
+            join.merge(&mut plan.actions);
+        }
         let solved = plan.actions.last().is_some_and(|a| matches!(a.action, Action::Grasp(_)));
         let pushes = plan.actions.iter().filter(|a| matches!(a.action, Action::Push(_))).count();
         plan.statistics.proved_shortest = solved && pushes as u64 <= u64::from(report.proved_level);
@@ -355,7 +364,8 @@ fn prepare(options: &PlannerOptions, recipe: &Recipe, networks: &Loaded, problem
         target: problem.target,
         engine: physics::engine_with(&recipe.physics, Arc::clone(scene), networks.search.as_ref())?,
         sampler: Box::new(sampler(options, recipe)?.prepared(scene)),
-        scorer: grasp::scorer(&options.scorer, scene, &networks.scorer)?,
+        scorer: grasp::scorer(&recipe.scorer, scene, &networks.scorer)?,
+        prior: networks.prior.clone(),
         reward: recipe.reward,
         demand: 0.0,
     })

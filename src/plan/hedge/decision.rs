@@ -1,7 +1,7 @@
 //! One decision of `hedge`: levels one after another, each weighed before the next is begun.
 
-use super::expect::{Way, ways, weigh};
 use super::episode::Rules;
+use super::expect::{Way, ways, weigh};
 use crate::error::Result;
 use crate::physics::{Ensemble, PushStatus, Transition};
 use crate::plan::confirm::{Confirmed, SEARCH_SHARE, Verdict};
@@ -42,12 +42,8 @@ pub(in crate::plan) fn make(
 ) -> Result<Found> {
     let Decision { domain, params, budget, pool, stop, progress, .. } = *decision;
     let search_stop = stop.sooner(SEARCH_SHARE);
-    let run = |iterations: Option<u64>| Run {
-        pool,
-        stop: &search_stop,
-        budget: Budget { iterations, ..budget },
-        progress,
-    };
+    let run =
+        |iterations: Option<u64>| Run { pool, stop: &search_stop, budget: Budget { iterations, ..budget }, progress };
     let rules = Rules { domain, ensemble, execute_score, stop };
     let (mut verdict, mut best): (Verdict, Option<Way>) = (Verdict::default(), None);
     let mut done = 1;
@@ -61,7 +57,8 @@ pub(in crate::plan) fn make(
             break;
         }
         let mut found = ways(tree, done);
-        let enough = done <= WHOLE || found.len() >= ENOUGH || guided >= GUIDED || report.reason != EndReason::Iterations;
+        let enough =
+            done <= WHOLE || found.len() >= ENOUGH || guided >= GUIDED || report.reason != EndReason::Iterations;
         if enough && !found.is_empty() {
             let before = stop.elapsed();
             let mut spent = [0; 2];
