@@ -85,6 +85,9 @@ fn options(planner: &str) -> PlannerOptions {
         confirm: Confirm::Off,
         budget: Budget::iterations(100),
         lanes: (planner == "pmbs").then_some(16),
+        // Without networks, which not every machine can run.
+        scorer: Some("geometric".into()),
+        prior: Some("none".into()),
         seed: 3,
         ..PlannerOptions::default()
     }

@@ -5,6 +5,7 @@ mod decision;
 mod hedge;
 mod mcts;
 mod more;
+mod networks;
 mod options;
 mod outcome;
 mod planner;
@@ -14,6 +15,7 @@ mod recipe;
 mod retrieval;
 mod vft;
 
+pub use networks::OwnNetworks;
 pub use options::{Confirm, GraspDecision, PlannerOptions, Variant};
 pub use outcome::{Outcome, Plan, PlanStatistics, PlannedAction, RankedAction};
 pub use planner::{Control, Planner};

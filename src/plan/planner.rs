@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::confirm::Confirmed;
 use super::decision::{Decision, Found, From, cancelled};
 use super::hedge;
+use super::networks::{Networks, OwnNetworks};
 use super::options::PlannerOptions;
 use super::outcome::{Outcome, Plan, PlanStatistics, PlannedAction, RankedAction};
 use super::recipe::{Recipe, recipe};
@@ -12,9 +13,7 @@ use super::retrieval::Retrieval;
 use crate::action::{Action, ContourSampler, Grasp, Push};
 use crate::error::Result;
 use crate::geom::normalize_angle;
-use crate::grasp::{self, Networks};
-use crate::net::{Kind, LoadOptions, Model, MotionModel, Ppn, PushValue};
-use crate::physics::{self, Ensemble, PhysicsOptions, Transition};
+use crate::physics::{Ensemble, Transition};
 use crate::run::{Budget, CancelToken, Pool, Progress};
 use crate::scene::{Problem, Scene, State};
 use crate::search::{EndReason, Tree};
@@ -33,7 +32,7 @@ pub struct Planner {
     options: PlannerOptions,
     recipe: Recipe,
     pool: Pool,
-    networks: Loaded,
+    networks: Networks,
     tree: Tree<Retrieval>,
     domain: Option<Retrieval>,
     /// The engine that plans are confirmed in, prepared for the domain's scene.
@@ -44,34 +43,6 @@ pub struct Planner {
     expected: Option<State>,
     /// A grasp has to score at least this, since one that scored less failed; see [`Planner::failed`].
     demand: f64,
-}
-
-/// The networks of the planner's parts, loaded once.
-struct Loaded {
-    scorer: Networks,
-    prior: Option<Arc<dyn PushValue>>,
-    /// Of the search's engine and of the confirming one, where they are learned.
-    search: Option<Arc<dyn MotionModel>>,
-    confirm: Option<Arc<dyn MotionModel>>,
-}
-
-impl Loaded {
-    fn new(options: &PlannerOptions, recipe: &Recipe) -> Result<Loaded> {
-        let motion = |physics: Option<&PhysicsOptions>| {
-            let learned = physics.filter(|physics| physics.engine == "dipn");
-            learned.map(|physics| physics::Dipn::load(&physics.preset)).transpose()
-        };
-        Ok(Loaded {
-            scorer: Networks::load(&recipe.scorer, options.scorer_model.as_deref())?,
-            prior: recipe.prior.as_deref().map(prior).transpose()?,
-            search: motion(Some(&recipe.physics))?,
-            confirm: motion(recipe.confirm.as_ref())?,
-        })
-    }
-}
-
-fn prior(network: &str) -> Result<Arc<dyn PushValue>> {
-    Ok(Arc::new(Ppn::new(Model::open(network, Some(Kind::Ppn), &LoadOptions::default())?)?))
 }
 
 impl std::fmt::Debug for Planner {
@@ -90,10 +61,15 @@ const SAME: (f64, f64) = (1e-4, 1e-3);
 impl Planner {
     /// Checks the options and prepares the planner (recipe, worker threads).
     pub fn new(options: PlannerOptions) -> Result<Planner> {
+        Planner::with_networks(options, OwnNetworks::default())
+    }
+
+    /// The same with learned parts of the caller's own.
+    pub fn with_networks(options: PlannerOptions, own: OwnNetworks) -> Result<Planner> {
         options.validate()?;
         let recipe = recipe(&options)?;
         sampler(&options, &recipe)?;
-        let networks = Loaded::new(&options, &recipe)?;
+        let networks = Networks::load(&options, &recipe, own)?;
         let pool = Pool::new(options.threads, "jostle")?;
         Ok(Planner {
             options,
@@ -188,9 +164,7 @@ impl Planner {
         if !fits {
             self.reset();
             (self.domain, self.demand) = (None, 0.0);
-            let network = self.networks.confirm.as_ref();
-            let engine = |options| physics::engine_with(options, Arc::clone(&problem.scene), network);
-            self.confirming = self.recipe.confirm.as_ref().map(engine).transpose()?;
+            self.confirming = self.networks.confirming(&self.recipe, &problem.scene)?;
             let worlds = || hedge::ensemble(&self.recipe, problem, self.options.seed);
             self.ensemble = self.recipe.hedges.then(worlds).transpose()?;
             self.domain = Some(prepare(&self.options, &self.recipe, &self.networks, problem)?);
@@ -357,14 +331,14 @@ fn sampler(options: &PlannerOptions, recipe: &Recipe) -> Result<ContourSampler> 
     }
 }
 
-fn prepare(options: &PlannerOptions, recipe: &Recipe, networks: &Loaded, problem: &Problem) -> Result<Retrieval> {
+fn prepare(options: &PlannerOptions, recipe: &Recipe, networks: &Networks, problem: &Problem) -> Result<Retrieval> {
     let scene: &Arc<Scene> = &problem.scene;
     Ok(Retrieval {
         scene: Arc::clone(scene),
         target: problem.target,
-        engine: physics::engine_with(&recipe.physics, Arc::clone(scene), networks.search.as_ref())?,
+        engine: networks.engine(recipe, scene)?,
         sampler: Box::new(sampler(options, recipe)?.prepared(scene)),
-        scorer: grasp::scorer(&recipe.scorer, scene, &networks.scorer)?,
+        scorer: networks.scorer(recipe, scene)?,
         prior: networks.prior.clone(),
         reward: recipe.reward,
         demand: 0.0,

@@ -20,7 +20,7 @@ use super::options::{PlannerOptions, Variant};
 use super::recipe::{Join, Recipe};
 use super::retrieval::Reward;
 use crate::error::Result;
-use crate::physics::{PhysicsOptions, Purpose};
+use crate::physics::PhysicsOptions;
 use crate::run::Budget;
 use crate::search::{Backup, Closed, EarlyStop, Expansion, Params, Return};
 
@@ -65,7 +65,8 @@ fn with(options: &PlannerOptions, search: Params, iterations: u64) -> Result<Rec
         join: Some(JOIN),
         ..Recipe::new(
             search,
-            PhysicsOptions::named("dipn", None, Purpose::Planning)?,
+            // Not looked up by name: a build without the network can be given another.
+            PhysicsOptions { engine: "dipn".into(), preset: "dipn".into(), settings: None },
             "vft",
             Reward { shaping: 1.0, solved_score: options.grasp.solved_score },
             Budget::iterations(iterations),
