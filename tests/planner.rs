@@ -84,7 +84,10 @@ fn options(planner: &str) -> PlannerOptions {
         physics: Some(PhysicsOptions::preset("fast")),
         confirm: Confirm::Off,
         budget: Budget::iterations(100),
-        lanes: (planner != "mcts").then_some(16),
+        lanes: matches!(planner, "hedge" | "pmbs").then_some(16),
+        // Without networks, which not every machine can run.
+        scorer: Some("geometric".into()),
+        prior: Some("none".into()),
         seed: 3,
         ..PlannerOptions::default()
     }

@@ -88,13 +88,17 @@ pub struct jostle_planner_options {
     /// for the planner's own choice.
     pub confirm: *const c_char,
     /// What says how good a state is: "geometric", or the networks "gc" (graspable or not) or "gn" (grasp map); null (the
-    /// default) for "geometric".
+    /// default) for the planner's own.
     pub scorer: *const c_char,
     /// The scorer's network; null (the default) for the built-in one. The planner keeps it.
     pub scorer_model: *const jostle_model,
     /// The network of the engine "dipn"; null (the default) for the one that `preset` names: a built-in network or a file.
     /// The planner keeps it.
     pub engine_model: *const jostle_model,
+    /// What values pushes before they are tried: "ppn", a network, or "none"; null (the default) for the planner's own.
+    pub prior: *const c_char,
+    /// The network that values pushes; null (the default) for the built-in one. The planner keeps it.
+    pub prior_model: *const jostle_model,
 }
 
 // SAFETY: repr(C), struct_size first, numbers and pointers without padding.
@@ -125,6 +129,8 @@ unsafe impl Sized32 for jostle_planner_options {
             scorer: std::ptr::null(),
             scorer_model: std::ptr::null(),
             engine_model: std::ptr::null(),
+            prior: std::ptr::null(),
+            prior_model: std::ptr::null(),
         }
     }
 }
@@ -312,7 +318,7 @@ unsafe fn engine_options(
     context: &Context,
 ) -> Outcome<PlannerOptions> {
     // SAFETY: the caller promises an initialised struct and texts.
-    let (o, planner, engine, preset, sampler, confirm, scorer) = unsafe {
+    let (o, planner, engine, preset, sampler, confirm, scorer, prior) = unsafe {
         let o = read_sized_or_default(options, "options")?;
         (
             o,
@@ -322,6 +328,7 @@ unsafe fn engine_options(
             optional_text(o.sampler, "options.sampler")?,
             optional_text(o.confirm, "options.confirm")?,
             optional_text(o.scorer, "options.scorer")?,
+            optional_text(o.prior, "options.prior")?,
         )
     };
     let threads = if o.threads == JOSTLE_THREADS_OF_CONTEXT { context.threads } else { o.threads };
@@ -340,6 +347,7 @@ unsafe fn engine_options(
     };
     let scorer_model = network(o.scorer_model, "options.scorer_model")?;
     let engine_model = network(o.engine_model, "options.engine_model")?;
+    let prior_model = network(o.prior_model, "options.prior_model")?;
     // The model takes the preset's place.
     let preset = preset.or((engine == Some("dipn") && engine_model.is_some()).then_some("given"));
     let limit = |value: u64| (value != JOSTLE_NO_LIMIT).then_some(value);
@@ -354,9 +362,11 @@ unsafe fn engine_options(
             seconds: (o.max_seconds != f64::INFINITY).then_some(o.max_seconds),
             bytes: limit(o.max_bytes).map(|bytes| usize::try_from(bytes).unwrap_or(usize::MAX)),
         },
-        scorer: scorer.map_or(usual.scorer, String::from),
+        scorer: scorer.map(String::from),
         scorer_model,
         engine_model,
+        prior: prior.map(String::from),
+        prior_model,
         seed: o.seed,
         threads: threads as usize,
         lanes: (o.lanes != 0).then_some(o.lanes as usize),

@@ -45,12 +45,16 @@ pub struct PlannerOptions {
     /// Travel of a push, metres; the sampler's own if absent.
     pub push_length: Option<f64>,
     pub grasp: GraspDecision,
-    /// What says how good a state is: one of [`crate::grasp::SCORERS`].
-    pub scorer: String,
+    /// What says how good a state is: one of [`crate::grasp::SCORERS`]; the planner's own if absent.
+    pub scorer: Option<String>,
     /// The scorer's network; the built-in one of the scorer's name if absent.
     pub scorer_model: Option<Model>,
     /// The network of the engine `dipn`; the one that its preset names if absent.
     pub engine_model: Option<Model>,
+    /// What values pushes before they are tried: `ppn`, a network, or `none`; the planner's own if absent.
+    pub prior: Option<String>,
+    /// The network that values pushes; the built-in one if absent.
+    pub prior_model: Option<Model>,
     /// Limits of one decision. Without iterations and seconds the planner's published budget is used.
     pub budget: Budget,
     pub seed: u64,
@@ -103,9 +107,11 @@ impl Default for PlannerOptions {
             sampler_params: None,
             push_length: None,
             grasp: GraspDecision::default(),
-            scorer: "geometric".into(),
+            scorer: None,
             scorer_model: None,
             engine_model: None,
+            prior: None,
+            prior_model: None,
             budget: Budget::default(),
             seed: 0,
             threads: 0,
@@ -187,8 +193,9 @@ impl PlannerOptions {
         if let Confirm::With(physics) = &self.confirm {
             physics.validate().map_err(|e| e.within("confirm"))?;
         }
-        check_scorer(&self.scorer)?;
-        if self.scorer_model.is_some() && self.scorer == "geometric" {
+        let scorer = recipe(self)?.scorer;
+        check_scorer(&scorer)?;
+        if self.scorer_model.is_some() && scorer == "geometric" {
             return Err(Error::argument("scorer_model", "is given, but the scorer `geometric` has no network"));
         }
         self.budget.validate()?;

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::confirm::{Confirmed, Weighed};
 use super::decision::{Decision, Found, From, cancelled};
 use super::hedge;
+use super::networks::{Networks, OwnNetworks};
 use super::options::PlannerOptions;
 use super::outcome::{Outcome, Plan, PlanStatistics, PlannedAction, RankedAction};
 use super::recipe::{Recipe, recipe};
@@ -12,9 +13,7 @@ use super::retrieval::Retrieval;
 use crate::action::{Action, ContourSampler, Grasp, Push};
 use crate::error::Result;
 use crate::geom::normalize_angle;
-use crate::grasp::{self, Networks};
-use crate::net::{Dipn, MotionModel};
-use crate::physics::{self, Ensemble, PhysicsOptions, Transition};
+use crate::physics::{Ensemble, Transition};
 use crate::run::{Budget, CancelToken, Pool, Progress};
 use crate::scene::{Problem, Scene, State};
 use crate::search::{EndReason, Tree};
@@ -33,7 +32,7 @@ pub struct Planner {
     options: PlannerOptions,
     recipe: Recipe,
     pool: Pool,
-    networks: Loaded,
+    networks: Networks,
     tree: Tree<Retrieval>,
     domain: Option<Retrieval>,
     /// The engine that plans are confirmed in, prepared for the domain's scene.
@@ -44,34 +43,6 @@ pub struct Planner {
     expected: Option<State>,
     /// A grasp has to score at least this, since one that scored less failed; see [`Planner::failed`].
     demand: f64,
-}
-
-/// The networks of the planner's parts, loaded once.
-struct Loaded {
-    scorer: Networks,
-    /// Of the search's engine and of the confirming one, where they are learned.
-    search: Option<Arc<dyn MotionModel>>,
-    confirm: Option<Arc<dyn MotionModel>>,
-}
-
-impl Loaded {
-    fn new(options: &PlannerOptions, recipe: &Recipe) -> Result<Loaded> {
-        let motion = |physics: Option<&PhysicsOptions>| {
-            let learned = physics.filter(|physics| physics.engine == "dipn");
-            let load = |physics: &PhysicsOptions| -> Result<Arc<dyn MotionModel>> {
-                match &options.engine_model {
-                    Some(model) => Ok(Arc::new(Dipn::new(model.clone())?)),
-                    None => physics::Dipn::load(&physics.preset),
-                }
-            };
-            learned.map(load).transpose()
-        };
-        Ok(Loaded {
-            scorer: Networks::new(&options.scorer, options.scorer_model.clone())?,
-            search: motion(Some(&recipe.physics))?,
-            confirm: motion(recipe.confirm.as_ref())?,
-        })
-    }
 }
 
 impl std::fmt::Debug for Planner {
@@ -90,10 +61,15 @@ const SAME: (f64, f64) = (1e-4, 1e-3);
 impl Planner {
     /// Checks the options and prepares the planner (recipe, worker threads).
     pub fn new(options: PlannerOptions) -> Result<Planner> {
+        Planner::with_networks(options, OwnNetworks::default())
+    }
+
+    /// The same with learned parts of the caller's own.
+    pub fn with_networks(options: PlannerOptions, own: OwnNetworks) -> Result<Planner> {
         options.validate()?;
         let recipe = recipe(&options)?;
         sampler(&options, &recipe)?;
-        let networks = Loaded::new(&options, &recipe)?;
+        let networks = Networks::load(&options, &recipe, own)?;
         let pool = Pool::new(options.threads, "jostle")?;
         Ok(Planner {
             options,
@@ -188,9 +164,7 @@ impl Planner {
         if !fits {
             self.reset();
             (self.domain, self.demand) = (None, 0.0);
-            let network = self.networks.confirm.as_ref();
-            let engine = |options| physics::engine_with(options, Arc::clone(&problem.scene), network);
-            self.confirming = self.recipe.confirm.as_ref().map(engine).transpose()?;
+            self.confirming = self.networks.confirming(&self.recipe, &problem.scene)?;
             let worlds = || hedge::ensemble(&self.recipe, problem, self.options.seed);
             self.ensemble = self.recipe.hedges.then(worlds).transpose()?;
             self.domain = Some(prepare(&self.options, &self.recipe, &self.networks, problem)?);
@@ -270,6 +244,9 @@ impl Planner {
         match verdict.best {
             Some(confirmed) => self.take_confirmed(plan, confirmed),
             None => self.take_chosen(plan, domain),
+        }
+        if let Some(join) = &self.recipe.join {
+            join.merge(&mut plan.actions);
         }
         let solved = plan.actions.last().is_some_and(|a| matches!(a.action, Action::Grasp(_)));
         let pushes = plan.actions.iter().filter(|a| matches!(a.action, Action::Push(_))).count();
@@ -364,14 +341,15 @@ fn sampler(options: &PlannerOptions, recipe: &Recipe) -> Result<ContourSampler> 
     }
 }
 
-fn prepare(options: &PlannerOptions, recipe: &Recipe, networks: &Loaded, problem: &Problem) -> Result<Retrieval> {
+fn prepare(options: &PlannerOptions, recipe: &Recipe, networks: &Networks, problem: &Problem) -> Result<Retrieval> {
     let scene: &Arc<Scene> = &problem.scene;
     Ok(Retrieval {
         scene: Arc::clone(scene),
         target: problem.target,
-        engine: physics::engine_with(&recipe.physics, Arc::clone(scene), networks.search.as_ref())?,
+        engine: networks.engine(recipe, scene)?,
         sampler: Box::new(sampler(options, recipe)?.prepared(scene)),
-        scorer: grasp::scorer(&options.scorer, scene, &networks.scorer)?,
+        scorer: networks.scorer(recipe, scene)?,
+        prior: networks.prior.clone(),
         reward: recipe.reward,
         demand: 0.0,
     })

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use crate::action::{Push, PushSampler, SamplerScratch};
 use crate::geom::normalize_angle;
 use crate::grasp::{GraspAssessment, Scorer};
+use crate::net::{PushValue, PushValueScratch};
 use crate::physics::{PushJob, PushResult, PushStatus, Scratch as EngineScratch, Transition};
 use crate::run::{Key, Stop};
 use crate::scene::{LeaveScope, Scene, State};
@@ -31,6 +32,8 @@ pub struct Retrieval {
     pub engine: Arc<dyn Transition>,
     pub sampler: Box<dyn PushSampler>,
     pub scorer: Box<dyn Scorer>,
+    /// What is expected of pushes before they are tried.
+    pub prior: Option<Arc<dyn PushValue>>,
     pub reward: Reward,
     /// A grasp has to score at least this as well: more than one that was tried and failed. 0 asks for nothing more.
     pub demand: f64,
@@ -44,6 +47,8 @@ pub struct Scratch {
     engine: EngineScratch,
     scorer: Box<dyn Any + Send>,
     sampler: SamplerScratch,
+    prior: PushValueScratch,
+    values: Vec<f32>,
     results: Vec<PushResult>,
     pushes: Vec<Push>,
 }
@@ -54,6 +59,8 @@ impl Retrieval {
             engine: self.engine.scratch(),
             scorer: self.scorer.scratch(),
             sampler: SamplerScratch::default(),
+            prior: PushValueScratch::default(),
+            values: Vec::new(),
             results: Vec::new(),
             pushes: Vec::new(),
         }
@@ -89,7 +96,7 @@ impl Retrieval {
     }
 
     /// Value, terminal flag and actions of `out.state`.
-    fn judge(&self, scratch: &mut Scratch, key: Key, previous: Option<&Push>, out: &mut Outcome<Self>) {
+    fn judge(&self, scratch: &mut Scratch, key: Key, previous: Option<&Push>, out: &mut Outcome<Self>, stop: &Stop) {
         let assessment = self.assess(scratch, &out.state);
         // Where a grasp has failed just now, it has to be bettered however good it looked.
         let solved = self.solves(&assessment) && (previous.is_some() || assessment.score >= self.demand);
@@ -114,7 +121,19 @@ impl Retrieval {
             &mut scratch.sampler,
             &mut scratch.pushes,
         );
-        out.candidates.extend(scratch.pushes.iter().map(|push| Candidate::new(*push)));
+        let Some(prior) = &self.prior else {
+            out.candidates.extend(scratch.pushes.iter().map(|push| Candidate::new(*push)));
+            return;
+        };
+        let Scratch { prior: memory, values, pushes, .. } = scratch;
+        // A network that cannot be run after it was loaded expects nothing.
+        let asked = prior.values(memory, &self.scene, &out.state, self.target, pushes, values, stop);
+        if stop.requested() {
+            out.status = Status::Interrupted;
+            return;
+        }
+        let value = |i: usize| if asked.is_ok() { values.get(i).copied().unwrap_or(0.0) } else { 0.0 };
+        out.candidates.extend(pushes.iter().enumerate().map(|(i, push)| Candidate::with_prior(*push, value(i))));
     }
 
     /// A body that counts has left the workspace, or one has toppled.
@@ -147,7 +166,7 @@ impl Domain for Retrieval {
     }
 
     fn root(&self, scratch: &mut Scratch, _: &State, key: Key, out: &mut Outcome<Self>) {
-        self.judge(scratch, key, None, out);
+        self.judge(scratch, key, None, out, &Stop::never());
     }
 
     fn step(&self, scratch: &mut Scratch, jobs: &mut [Job<Self>], stop: &Stop) {
@@ -164,7 +183,7 @@ impl Domain for Retrieval {
             match result.status {
                 PushStatus::Executed if self.useful(&job.from, result) => {
                     std::mem::swap(&mut job.outcome.state, &mut result.state);
-                    self.judge(scratch, job.key, Some(&job.action), &mut job.outcome);
+                    self.judge(scratch, job.key, Some(&job.action), &mut job.outcome, stop);
                 }
                 PushStatus::Executed | PushStatus::Illegal { .. } => job.outcome.status = Status::Illegal,
                 PushStatus::Interrupted => job.outcome.status = Status::Interrupted,

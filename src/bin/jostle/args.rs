@@ -220,7 +220,8 @@ pub struct BenchNetArgs {
 /// How a planner is set up.
 #[derive(Debug, Clone, Args)]
 pub struct PlannerArgs {
-    /// The planner: hedge (fewest actions on average), pmbs (parallel waves) or mcts (serial); for rearrangements untangle, pmmr or hbfs
+    /// The planner: hedge (fewest actions on average), pmbs (parallel waves), mcts (serial), more (guided by ppn), ppn (that
+    /// network alone), vft (foresight by dipn), dipn (one push ahead); for rearrangements untangle, pmmr or hbfs
     #[arg(long, default_value = "hedge", value_name = "NAME")]
     pub planner: String,
     #[command(flatten)]
@@ -230,8 +231,12 @@ pub struct PlannerArgs {
     #[arg(long, value_name = "ENGINE[:PRESET]")]
     pub confirm: Option<String>,
     /// What says how good a state is: geometric, or the networks gc or gn, with SCORER:FILE a network of one's own
-    #[arg(long, default_value = "geometric", value_name = "SCORER[:FILE]")]
-    pub scorer: String,
+    /// [default: the planner's own]
+    #[arg(long, value_name = "SCORER[:FILE]")]
+    pub scorer: Option<String>,
+    /// What values pushes before they are tried: ppn, ppn:FILE, or none [default: the planner's own]
+    #[arg(long, value_name = "PRIOR[:FILE]")]
+    pub prior: Option<String>,
     /// A gripper to take the place of the scene's: robotiq_2f85 or dissertation_mask
     #[arg(long, value_name = "NAME")]
     pub gripper: Option<String>,
@@ -309,15 +314,16 @@ impl PlannerArgs {
         };
         options.set_physics(self.physics.physics.as_deref(), self.physics.preset.as_deref())?;
         options.set_confirm(self.confirm.as_deref())?;
-        let (scorer, file) = match self.scorer.split_once(':') {
-            Some((scorer, file)) => (scorer, Some(file)),
-            None => (self.scorer.as_str(), None),
-        };
-        options.scorer = scorer.into();
-        check_scorer(scorer)?;
-        if let Some(file) = file {
-            let kind = Kind::by_name(scorer).map_err(|_| Failure::usage("scorer: `geometric` has no network"))?;
-            options.scorer_model = Some(Model::open(file, Some(kind), &LoadOptions::default())?);
+        if let Some(scorer) = &self.scorer {
+            let (name, file) = name_and_file(scorer);
+            check_scorer(name)?;
+            options.scorer = Some(name.into());
+            options.scorer_model = file.map(|file| network("scorer", name, file)).transpose()?;
+        }
+        if let Some(prior) = &self.prior {
+            let (name, file) = name_and_file(prior);
+            options.prior = Some(name.into());
+            options.prior_model = file.map(|file| network("prior", name, file)).transpose()?;
         }
         options.validate()?;
         Ok(options)
@@ -326,6 +332,16 @@ impl PlannerArgs {
     pub fn gripper(&self) -> Outcome<Option<Gripper>> {
         Ok(self.gripper.as_deref().map(Gripper::by_name).transpose()?)
     }
+}
+
+fn name_and_file(text: &str) -> (&str, Option<&str>) {
+    text.split_once(':').map_or((text, None), |(name, file)| (name, Some(file)))
+}
+
+/// A network of one's own for a part of a planner that is named as its kind.
+fn network(part: &str, name: &str, file: &str) -> Outcome<Model> {
+    let kind = Kind::by_name(name).map_err(|_| Failure::usage(&format!("{part}: `{name}` has no network")))?;
+    Ok(Model::open(file, Some(kind), &LoadOptions::default())?)
 }
 
 pub fn cores() -> usize {

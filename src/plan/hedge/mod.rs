@@ -36,19 +36,18 @@ const SECONDS: f64 = 8.0;
 
 pub fn recipe(options: &PlannerOptions) -> Result<Recipe> {
     let lanes = options.lanes.unwrap_or(LANES) as u32;
+    let search =
+        Params { adopt_solutions: true, prefer_solution: true, shrink_depth_on_solution: false, ..Params::pmbs(lanes) };
     Ok(Recipe {
-        search: Params {
-            adopt_solutions: true,
-            prefer_solution: true,
-            shrink_depth_on_solution: false,
-            ..Params::pmbs(lanes)
-        },
-        physics: PhysicsOptions::named("planar", None, Purpose::Planning)?,
         confirm: Some(PhysicsOptions::named("prism", None, Purpose::Planning)?),
         hedges: true,
-        sampler: "pmbs_contour",
-        reward: Reward { shaping: 0.1, solved_score: options.grasp.solved_score },
-        budget: Budget { iterations: Some(ITERATIONS), seconds: Some(SECONDS), bytes: None },
+        ..Recipe::new(
+            search,
+            PhysicsOptions::named("planar", None, Purpose::Planning)?,
+            "pmbs_contour",
+            Reward { shaping: 0.1, solved_score: options.grasp.solved_score },
+            Budget { iterations: Some(ITERATIONS), seconds: Some(SECONDS), bytes: None },
+        )
     })
 }
 
