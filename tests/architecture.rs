@@ -24,6 +24,10 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("record", &["error", "geom", "scene", "action", "plan"]),
     ("eval", &["error", "geom", "scene", "action", "physics", "grasp", "motion", "search", "run", "plan"]),
     (
+        "datagen",
+        &["error", "geom", "scene", "action", "vision", "physics", "grasp", "motion", "search", "run", "plan", "eval"],
+    ),
+    (
         "ffi",
         &[
             "error", "geom", "scene", "action", "vision", "net", "physics", "grasp", "motion", "search", "run", "plan",

@@ -450,6 +450,10 @@ fn the_document_holds_the_help() {
         "bench image",
         "bench net",
         "render",
+        "datagen push",
+        "datagen ppn",
+        "datagen grasp",
+        "datagen segment",
         "observe",
         "model",
     ];

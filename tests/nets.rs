@@ -388,7 +388,8 @@ fn instances_come_from_heat_and_offsets_and_from_masks() {
         return;
     }
     let load = |name: &str| Model::load(net(name), None, &LoadOptions::default()).unwrap();
-    let own = Segmentation::new(load("segmentation"), SegmentOptions { least_pixels: 1, ..Default::default() }).unwrap();
+    let own =
+        Segmentation::new(load("segmentation"), SegmentOptions { least_pixels: 1, ..Default::default() }).unwrap();
     let image: Vec<f32> = (0..32 * 32).map(|i| if i % 32 < 16 { 0.04 } else { 0.0 }).collect();
     let found = own.segment(&image, 32, 32).unwrap();
     assert!(found.labels.iter().all(|l| usize::from(*l) <= found.scores.len()));

@@ -24,15 +24,14 @@ type Answers = BTreeMap<String, Vec<Vec<f32>>>;
 
 /// Every network: those of the tests and those that are built in.
 fn networks() -> Vec<String> {
-    let tests = ["dipn", "dipn_none", "ppn", "gc", "gn", "segmentation"].map(|name| onnx::net(name).display().to_string());
+    let tests =
+        ["dipn", "dipn_none", "ppn", "gc", "gn", "segmentation"].map(|name| onnx::net(name).display().to_string());
     tests.into_iter().chain(BUILTINS.iter().map(|b| b.name.to_string())).collect()
 }
 
 fn answers(backend: Backend) -> Answers {
-    let options = LoadOptions {
-        runtime: RuntimeOptions { library: None, backend: Some(backend) },
-        ..LoadOptions::default()
-    };
+    let options =
+        LoadOptions { runtime: RuntimeOptions { library: None, backend: Some(backend) }, ..LoadOptions::default() };
     networks()
         .into_iter()
         .map(|name| {

@@ -7,6 +7,7 @@
 //! | `hold` | what the jaw finds between its pads: width, cover, wedge; and the score |
 //! | `table` | the holds of a body that its own shape allows, worked out once for a scene |
 //! | `test` | [`GraspTest`]: the best grasp of a body in a state; [`GraspCheck`]: one grasp examined |
+//! | `dense` | the score of every grasp on a grid of positions and directions |
 //! | `graspability` | [`GraspabilityScorer`]: a network of kind `gc` as a scorer |
 //! | `map` | [`MapScorer`]: a network of kind `gn` as a scorer |
 //! | `choice` | [`SCORERS`], [`Networks`], [`scorer`]: a scorer by its name |
@@ -15,6 +16,7 @@
 //! The jaw's frame has x along the closing direction and y along the pads.
 
 mod choice;
+mod dense;
 mod graspability;
 mod hold;
 mod jaw;
@@ -29,6 +31,7 @@ mod test;
 mod tests;
 
 pub use choice::{Networks, SCORERS, check_scorer, scorer};
+pub use dense::GraspGrid;
 pub use graspability::GraspabilityScorer;
 pub use map::MapScorer;
 pub use params::{GraspParams, GraspScore};

@@ -51,6 +51,18 @@ pub(super) fn simplify(
     tolerance: f64,
     discs: bool,
 ) -> Option<(Simple, Deviation)> {
+    with(outline, centroid, wanted, tolerance, tolerance, discs)
+}
+
+/// [`simplify`] with a tolerance that may have been raised from the `first`.
+fn with(
+    outline: &[Vec2],
+    centroid: Vec2,
+    wanted: f64,
+    tolerance: f64,
+    first: f64,
+    discs: bool,
+) -> Option<(Simple, Deviation)> {
     let kept = corners_of(outline, centroid, tolerance);
     if kept.len() < 3 {
         return None;
@@ -70,7 +82,10 @@ pub(super) fn simplify(
             best = Some((corners, off));
         }
     }
-    let (corners, off) = best?;
+    let Some((corners, off)) = best else {
+        // Ragged outlines cross themselves once few points are left of them; fewer points do so less.
+        return (tolerance < 4.0 * first).then(|| with(outline, centroid, wanted, 2.0 * tolerance, first, discs))?;
+    };
     if discs && corners.len() >= 6 {
         let radius = (wanted / std::f64::consts::PI).sqrt();
         let round = deviation(outline, |p| ((p - centroid).norm() - radius).abs());
@@ -133,6 +148,11 @@ fn corners_of(outline: &[Vec2], centroid: Vec2, tolerance: f64) -> Vec<usize> {
 /// steps of the pixels make such corners, and the points at which [`corners_of`] begins.
 fn merged(outline: &[Vec2], mut kept: Vec<usize>, tolerance: f64) -> Vec<usize> {
     const PART: f64 = 0.9;
+    // More corners are those of a ragged outline, which stays ragged; trying them all would take long.
+    const MOST: usize = 20;
+    if kept.len() > MOST {
+        return kept;
+    }
     let mut fewer = Vec::with_capacity(kept.len());
     while kept.len() > 3 {
         let mut best = (0, f64::INFINITY);

@@ -10,6 +10,7 @@ mod bench_path;
 mod bench_push;
 mod bench_search;
 mod crosscheck;
+mod datagen;
 mod fidelity;
 mod generate;
 mod model;
@@ -60,6 +61,7 @@ fn command() -> Outcome<()> {
         Command::Bench(BenchCommand::Net(args)) => bench_net::run(&args),
         Command::Bench(BenchCommand::Image(args)) => bench_image::run(&args),
         Command::Render(args) => render::run(&args),
+        Command::Datagen(command) => datagen::run(&command),
         Command::Model(args) => model::run(&args),
         Command::Observe(args) => observe::run(&args),
     }
