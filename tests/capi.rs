@@ -43,7 +43,7 @@ fn networks_are_refused_by_status_and_used_by_planners() {
     let loaded: [(&str, Vec<u8>, &str, &str); 7] = [
         ("kind", with_property(&gc, "kind", None), "JOSTLE_ERROR_MODEL_KIND", "none"),
         ("interface", with_property(&gc, "interface", Some("9")), "JOSTLE_ERROR_MODEL_INTERFACE", "found `9`"),
-        ("output", with_dims(&gc, "probability", &[0, 7]), "JOSTLE_ERROR_MODEL_SESSION", "found"),
+        ("output", with_dims(&gc, "probability", &[0, 7]), "JOSTLE_ERROR_MODEL_IO_MISMATCH", "[batch, 7]"),
         ("spec", with_property(&gc, "spec", Some("{}")), "JOSTLE_ERROR_MODEL_SPEC_MISMATCH", "`size`"),
         (
             "selftest",

@@ -34,7 +34,7 @@
 /// The engine `bullet`.
 #define JOSTLE_FEATURE_BULLET 2
 
-/// Trained networks.
+/// Trained networks are built in. Files can be loaded in any build, where there is a runtime.
 #define JOSTLE_FEATURE_NETWORKS 3
 
 /// The engine `planar`.
@@ -58,6 +58,9 @@
 /// `jostle_progress.solution_actions` while no solution is known.
 #define JOSTLE_NO_SOLUTION 4294967295
 
+/// Networks run on the processor.
+#define JOSTLE_DEVICE_CPU (-1)
+
 /// No limit of iterations or bytes.
 #define JOSTLE_NO_LIMIT 18446744073709551615ull
 
@@ -75,6 +78,9 @@ typedef struct jostle_context jostle_context;
 
 /// A decision that runs in the background, on a thread of its own. Opaque.
 typedef struct jostle_job jostle_job;
+
+/// A network that is ready to run. It does not change and may be used by any number of planners. Opaque.
+typedef struct jostle_model jostle_model;
 
 /// The answer of a planner. It never changes. Opaque.
 typedef struct jostle_plan jostle_plan;
@@ -417,6 +423,33 @@ typedef struct jostle_progress {
   double elapsed_seconds;
 } jostle_progress;
 
+/// How a network is loaded and run. Texts are copied.
+typedef struct jostle_model_options {
+  /// Set by jostle_model_options_default().
+  uint32_t struct_size;
+  /// JOSTLE_DEVICE_CPU (the default), or the number of an NVIDIA graphics card: then ONNX Runtime needs its CUDA
+  /// provider, and results are not bit for bit.
+  int32_t device;
+  /// Threads of one call of the network, 1 by default. More pay for big networks that are called one at a time;
+  /// planners have threads of their own.
+  uint32_t threads;
+  /// 1 (the default) runs the file's self-test.
+  uint32_t self_test;
+  /// File of ONNX Runtime's shared library; null (the default) to look for it (docs/networks.md says where). A process
+  /// has one runtime, that of the first network it loads.
+  const char *runtime;
+  /// "onnxruntime" or "tract" (where it was built in); null (the default) for the first that is found.
+  const char *backend;
+  /// Name of the gripper that it must have been made for; null (the default) for any.
+  const char *gripper;
+  /// SHA-256 that the file must have, hexadecimal digits; null (the default) for any.
+  const char *sha256;
+  /// 1 lets a network for another gripper pass; jostle_model_info() has a warning then. 0 by default.
+  uint32_t tolerate;
+  /// 0.
+  uint32_t reserved;
+} jostle_model_options;
+
 /// Which form of a planner: one of the JOSTLE_VARIANT_ values.
 typedef int32_t jostle_variant;
 
@@ -430,8 +463,8 @@ typedef struct jostle_planner_options {
   /// "hedge", "pmbs" or "mcts" to retrieve a target, "untangle", "pmmr" or "hbfs" to bring bodies to the scene's goals; null
   /// (the default) for "hedge". The options on pushes, grasps and engines are for retrieval only.
   const char *planner;
-  /// Engine that predicts what a push does: "rapier", "planar", "prism" or "bullet"; null (the default) for the
-  /// planner's own.
+  /// Engine that predicts what a push does: "rapier", "planar", "prism", "bullet" or the network "dipn"; null (the
+  /// default) for the planner's own.
   const char *engine;
   /// The engine's preset, "fast" or "fine" among others; null (the default) for the one that suits planning.
   const char *preset;
@@ -464,6 +497,14 @@ typedef struct jostle_planner_options {
   /// search can afford: "ENGINE" or "ENGINE:PRESET", such as "prism:fine"; "none" for no trying; null (the default)
   /// for the planner's own choice.
   const char *confirm;
+  /// What says how good a state is: "geometric", or the networks "gc" (graspable or not) or "gn" (grasp map); null (the
+  /// default) for "geometric".
+  const char *scorer;
+  /// The scorer's network; null (the default) for the built-in one. The planner keeps it.
+  const struct jostle_model *scorer_model;
+  /// The network of the engine "dipn"; null (the default) for the one that `preset` names: a built-in network or a file.
+  /// The planner keeps it.
+  const struct jostle_model *engine_model;
 } jostle_planner_options;
 
 /// Told how far a decision is; a value other than 0 cancels it. It is called on the thread that decides (the caller's
@@ -628,7 +669,7 @@ typedef int32_t jostle_effect;
 /// A file or text was read but does not say what it should.
 #define JOSTLE_ERROR_FORMAT (-9)
 
-/// A network's file does not fit its use. (Kept for networks; no call returns it yet.)
+/// A network could not be run: it or its runtime gave what no network of its kind may give.
 #define JOSTLE_ERROR_MODEL (-10)
 
 /// The memory limit does not suffice.
@@ -645,6 +686,42 @@ typedef int32_t jostle_effect;
 
 /// Header and library, or a struct and the library, do not fit together.
 #define JOSTLE_ERROR_ABI (-15)
+
+/// A network's file is empty.
+#define JOSTLE_ERROR_MODEL_EMPTY (-16)
+
+/// A network's file is too big.
+#define JOSTLE_ERROR_MODEL_TOO_BIG (-17)
+
+/// A network's file is a Git LFS pointer; fetch the file itself with `git lfs pull`.
+#define JOSTLE_ERROR_MODEL_LFS_POINTER (-18)
+
+/// A network's file is no ONNX model, or is cut off.
+#define JOSTLE_ERROR_MODEL_PARSE (-19)
+
+/// Nothing that runs networks was found, or it is too old; the message says where it was looked for.
+#define JOSTLE_ERROR_MODEL_RUNTIME (-20)
+
+/// The runtime refuses the network; the message has its reason.
+#define JOSTLE_ERROR_MODEL_SESSION (-21)
+
+/// A network's file is not the one that its SHA-256 names.
+#define JOSTLE_ERROR_MODEL_HASH (-22)
+
+/// A network is of another kind than asked for, or does not say of which.
+#define JOSTLE_ERROR_MODEL_KIND (-23)
+
+/// A network has an interface that this version does not know.
+#define JOSTLE_ERROR_MODEL_INTERFACE (-24)
+
+/// An input or output of a network has another name, type or shape than its interface.
+#define JOSTLE_ERROR_MODEL_IO_MISMATCH (-25)
+
+/// A network was made for another configuration: gripper, pixel, image size, angles.
+#define JOSTLE_ERROR_MODEL_SPEC_MISMATCH (-26)
+
+/// A network does not give what it gave where it was exported.
+#define JOSTLE_ERROR_MODEL_SELFTEST (-27)
 
 /// A simple polygon, convex or not: `points`, in order round the outline, in either direction.
 #define JOSTLE_SHAPE_POLYGON 1
@@ -1441,6 +1518,70 @@ void jostle_cancel_free(struct jostle_cancel *cancel);
 /// Errors: ARGUMENT (null, a size that no version has).
 jostle_status jostle_progress_init(struct jostle_progress *progress, size_t size);
 
+/// Sets every field to its default; `size` is sizeof(jostle_model_options) as the caller was compiled.
+/// jostle_model_options_default() in this header does it for you.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: the caller.
+/// Errors: ARGUMENT (null, a size that no version has).
+jostle_status jostle_model_options_init(struct jostle_model_options *options,
+                                        size_t size);
+
+/// Loads a network and checks it: `name` is a built-in network's name, such as "gc", or the path of an ONNX file. `kind` is
+/// what it must be: "dipn", "ppn", "gc", "gn" or "segmentation"; null for any.
+///
+/// Every check has its own status, and the message names the file, what was expected and what was found. A failed load
+/// leaves nothing behind, except that a runtime that was found stays loaded.
+///
+/// Thread: any.
+/// RT: no.
+/// Nullable: kind, options (all defaults).
+/// Owns: the caller owns *model and frees it with jostle_model_free; `options` is copied.
+/// Errors: ARGUMENT (null, an option: the message names it), HANDLE, NOT_FOUND (no such file, network, kind or backend), IO,
+/// MODEL_EMPTY, MODEL_TOO_BIG, MODEL_LFS_POINTER, MODEL_PARSE, MODEL_RUNTIME, MODEL_SESSION, MODEL_HASH, MODEL_KIND,
+/// MODEL_INTERFACE, MODEL_IO_MISMATCH, MODEL_SPEC_MISMATCH, MODEL_SELFTEST, UNSUPPORTED (device), MEMORY, ABI.
+jostle_status jostle_model_load(const struct jostle_context *context,
+                                const char *name,
+                                const char *kind,
+                                const struct jostle_model_options *options,
+                                struct jostle_model **model);
+
+/// Copies what is known of a network as JSON text: file, kind, interface, hash, metadata, inputs, outputs, warnings, and
+/// what runs it. `length` counts the closing zero.
+///
+/// Thread: shared use of model.
+/// RT: no.
+/// Nullable: buffer (with capacity 0: asks for the length).
+/// Owns: the caller owns the buffer.
+/// Errors: ARGUMENT (null), HANDLE, BUFFER (length was written).
+jostle_status jostle_model_info(const struct jostle_model *model,
+                                char *buffer,
+                                size_t capacity,
+                                size_t *length);
+
+/// Frees a network. Planners that were made with it keep it until they are freed themselves.
+///
+/// Thread: any.
+/// RT: no.
+/// Nullable: model (does nothing).
+/// Owns: the handle is dead afterwards.
+/// Errors: none returned; a dead handle leaves a message in jostle_last_error().
+void jostle_model_free(struct jostle_model *model);
+
+/// Copies which runtime this process runs networks with, as JSON text: backend, version, file, build. Looks for one if none
+/// was used yet. `length` counts the closing zero.
+///
+/// Thread: any.
+/// RT: no.
+/// Nullable: buffer (with capacity 0: asks for the length).
+/// Owns: the caller owns the buffer.
+/// Errors: ARGUMENT (null), BUFFER (length was written), MODEL_RUNTIME (there is none; the message says what was tried).
+jostle_status jostle_runtime_info(char *buffer,
+                                  size_t capacity,
+                                  size_t *length);
+
 /// Sets every field to its default; `size` is sizeof(jostle_planner_options) as the caller was compiled.
 /// jostle_planner_options_default() in this header does it for you.
 ///
@@ -1469,8 +1610,8 @@ jostle_status jostle_solve_options_init(struct jostle_solve_options *options,
 /// RT: no.
 /// Nullable: options (all defaults).
 /// Owns: the caller owns *planner and frees it with jostle_planner_free; `options` is copied.
-/// Errors: ARGUMENT (null, an option: the message names it), HANDLE, NOT_FOUND (an unknown planner, engine, preset or
-/// sampler: the message lists the known), UNSUPPORTED, MEMORY, ABI.
+/// Errors: ARGUMENT (null, an option: the message names it), HANDLE, NOT_FOUND (an unknown planner, engine, preset, sampler
+/// or scorer: the message lists the known), UNSUPPORTED, MEMORY, ABI, and what jostle_model_load returns.
 jostle_status jostle_planner_new(const struct jostle_context *context,
                                  const struct jostle_planner_options *options,
                                  struct jostle_planner **planner);
@@ -1997,6 +2138,13 @@ static inline jostle_plan_statistics jostle_plan_statistics_default(void) {
 static inline jostle_simulator_options jostle_simulator_options_default(void) {
     jostle_simulator_options value;
     jostle_simulator_options_init(&value, sizeof value);
+    return value;
+}
+
+/// All defaults, with the size that this header knows.
+static inline jostle_model_options jostle_model_options_default(void) {
+    jostle_model_options value;
+    jostle_model_options_init(&value, sizeof value);
     return value;
 }
 

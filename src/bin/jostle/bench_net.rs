@@ -15,6 +15,8 @@ struct Report {
     version: &'static str,
     machine: Machine,
     runtime: Value,
+    /// What the times of calls are: "thread" (processor time of the thread) or, where the system does not count it, "wall".
+    clock: &'static str,
     /// Bodies of a scene, for networks that know bodies.
     objects: usize,
     networks: BTreeMap<String, Network>,
@@ -31,7 +33,7 @@ struct Network {
 struct Batch {
     items: usize,
     calls: usize,
-    /// Least and median processor time of the thread for a call, and the least for an item.
+    /// Least and median time of a call, and the least for an item, by the report's clock.
     call_ms: f64,
     call_median_ms: f64,
     item_ms: f64,
@@ -56,6 +58,7 @@ pub fn run(args: &BenchNetArgs) -> Outcome<()> {
         version: env!("CARGO_PKG_VERSION"),
         machine: Machine::this(),
         runtime: Value::Null,
+        clock: if thread_time().is_some() { "thread" } else { "wall" },
         objects: args.objects,
         networks: BTreeMap::new(),
     };
@@ -126,15 +129,17 @@ fn measure(model: &Model, items: usize, args: &BenchNetArgs) -> Outcome<Batch> {
 /// Seconds that this thread has run on a processor so far, by the scheduler's count.
 fn thread_time() -> Option<f64> {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
-    Some(text.split_whitespace().next()?.parse::<f64>().ok()? * 1e-9)
+    let nanoseconds = text.split_whitespace().next()?.parse::<f64>().ok()?;
+    (nanoseconds > 0.0).then_some(nanoseconds * 1e-9)
 }
 
 fn text(report: &Report) -> String {
     let mut text = format!(
-        "{} {}, {} bodies, one core, milliseconds of processor time\n{:<24} {:>6} {:>10} {:>10} {:>10}\n",
+        "{} {}, {} bodies, milliseconds ({} time)\n{:<24} {:>6} {:>10} {:>10} {:>10}\n",
         report.runtime["backend"].as_str().unwrap_or("?"),
         report.runtime["version"].as_str().unwrap_or("?"),
         report.objects,
+        report.clock,
         "network",
         "batch",
         "call",
