@@ -827,7 +827,7 @@ typedef int32_t jostle_effect;
 /// The fingers would come down on a body; nothing was executed.
 #define JOSTLE_EFFECT_BLOCKED 2
 
-/// The target was grasped and taken away.
+/// The target, or in a world without one the body of the grasp, was grasped and taken away.
 #define JOSTLE_EFFECT_GRASPED 3
 
 /// The grasp does not hold where the bodies really are, or is not one of the target; nothing changed.
@@ -1410,7 +1410,7 @@ jostle_status jostle_scene_match_image(const struct jostle_scene *scene,
                                        size_t *count);
 
 /// Reads a problem's file (JSON, see docs/scene-format.md): the scene, and the body to retrieve. Of a rearrangement, the
-/// scene with its goals, and zero.
+/// scene with its goals, and zero; of a table to clear, the scene, and zero.
 ///
 /// Thread: any.
 /// RT: no.
@@ -1422,15 +1422,16 @@ jostle_status jostle_scene_read(const struct jostle_context *context,
                                 struct jostle_scene **scene,
                                 struct jostle_body *target);
 
-/// Writes the problem of retrieving `target`, or with a zero target that of bringing the bodies to their goals, as a
-/// file (JSON) that jostle_scene_read and the command-line tool read.
+/// Writes the problem of retrieving `target`, or with a zero target that of bringing the bodies to their goals where
+/// one has a goal, else that of taking everything off the table, as a file (JSON) that jostle_scene_read and the
+/// command-line tool read.
 ///
 /// Thread: shared use of scene.
 /// RT: no.
 /// Nullable: none.
 /// Owns: nothing.
-/// Errors: ARGUMENT (null, not UTF-8, zero target of a scene without goals, absent target, bodies that overlap, goals
-/// that do not fit), HANDLE, BUSY, NOT_FOUND (target), IO, POISONED.
+/// Errors: ARGUMENT (null, not UTF-8, absent target, bodies that overlap, goals that do not fit), HANDLE, BUSY,
+/// NOT_FOUND (target), IO, POISONED.
 jostle_status jostle_scene_write(const struct jostle_scene *scene,
                                  struct jostle_body target,
                                  const char *path);
@@ -1626,7 +1627,8 @@ jostle_status jostle_planner_new(const struct jostle_context *context,
 void jostle_planner_free(struct jostle_planner *planner);
 
 /// Decides what to do to retrieve `target`, within the planner's limits, and waits for it. A planner of rearrangements
-/// is given a zero target, and brings the scene's bodies to their goals. The search tree that
+/// is given a zero target, and brings the scene's bodies to their goals; so is one that clears the table, whose answer is
+/// solved and without actions when nothing is left to be taken. The search tree that
 /// jostle_planner_advance kept is used if the scene is the one that was expected. The scene may be changed by other
 /// threads meanwhile: the planner has its own copy.
 ///
@@ -1968,14 +1970,14 @@ jostle_status jostle_plan_json(const struct jostle_plan *plan,
 jostle_status jostle_simulator_options_init(struct jostle_simulator_options *options,
                                             size_t size);
 
-/// Makes a world that begins where `scene` is; later changes of the scene do not reach it.
+/// Makes a world that begins where `scene` is; later changes of the scene do not reach it. With a zero target every
+/// pickable body may be taken.
 ///
 /// Thread: any; shared use of scene for a moment.
 /// RT: no.
 /// Nullable: options (all defaults).
 /// Owns: the caller owns *simulator and frees it with jostle_simulator_free; `options` is copied.
-/// Errors: ARGUMENT (null, an option: the message names it, zero target, target absent or not pickable, bodies that
-/// overlap), HANDLE, BUSY, NOT_FOUND (target, engine, preset), UNSUPPORTED, POISONED, MEMORY, ABI.
+/// Errors: ARGUMENT (null, an option: the message names it, target absent or not pickable, bodies that overlap), HANDLE, BUSY, NOT_FOUND (target, engine, preset), UNSUPPORTED, POISONED, MEMORY, ABI.
 jostle_status jostle_simulator_new(const struct jostle_context *context,
                                    const struct jostle_scene *scene,
                                    struct jostle_body target,
@@ -2037,14 +2039,16 @@ jostle_status jostle_simulator_poses(struct jostle_simulator *simulator,
                                      size_t capacity,
                                      size_t *count);
 
-/// Writes 1 to *left if the target is outside of the workspace, by the workspace's rule, else 0.
+/// Writes 1 to *left if the target, or in a world without one any body, is outside of the workspace, by the workspace's
+/// rule, else 0.
 ///
 /// Thread: exclusive use of simulator.
 /// RT: no.
 /// Nullable: none.
 /// Owns: nothing.
 /// Errors: ARGUMENT (null), HANDLE, BUSY, POISONED.
-jostle_status jostle_simulator_target_left(struct jostle_simulator *simulator, uint32_t *left);
+jostle_status jostle_simulator_target_left(struct jostle_simulator *simulator,
+                                           uint32_t *left);
 
 /// Version of this header; jostle_version() says the library's.
 #define JOSTLE_VERSION "0.1.0"

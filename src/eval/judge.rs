@@ -14,7 +14,7 @@ use crate::error::{Error, Result, check_range};
 use crate::grasp::Jaw;
 use crate::physics::{self, GraspStatus, PhysicsOptions, PushStatus, Scratch, Transition};
 use crate::run::{Key, Stop};
-use crate::scene::{Problem, Scene, State, Uncertainty};
+use crate::scene::{Clearing, Problem, Scene, State, Uncertainty};
 
 /// How the judge's world differs from the planner's model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -74,7 +74,8 @@ pub struct Judge {
     scratch: Scratch,
     jaw: Jaw,
     name: String,
-    target: usize,
+    /// The body to be retrieved; where there is none, any pickable body may be taken.
+    target: Option<usize>,
     truth: State,
     key: Key,
     observations: u64,
@@ -93,24 +94,50 @@ impl Judge {
         trial: u64,
         engine: &dyn Fn(Arc<Scene>) -> Result<Arc<dyn Transition>>,
     ) -> Result<Judge> {
+        let Problem { name, scene, state, target } = problem;
+        Self::of(name, scene, state, Some(*target), options, trial, engine)
+    }
+
+    /// The world of trial `trial` of a table to be cleared: any pickable body may be taken from it.
+    pub fn of_clearing(problem: &Clearing, options: &JudgeOptions, trial: u64) -> Result<Judge> {
+        Self::of_clearing_with_engine(problem, options, trial, &|scene| physics::engine(&options.physics, scene))
+    }
+
+    /// The same with an engine of the caller's, prepared for the perturbed scene.
+    pub fn of_clearing_with_engine(
+        problem: &Clearing,
+        options: &JudgeOptions,
+        trial: u64,
+        engine: &dyn Fn(Arc<Scene>) -> Result<Arc<dyn Transition>>,
+    ) -> Result<Judge> {
+        Self::of(&problem.name, &problem.scene, &problem.state, None, options, trial, engine)
+    }
+
+    fn of(
+        name: &str,
+        nominal: &Arc<Scene>,
+        state: &State,
+        target: Option<usize>,
+        options: &JudgeOptions,
+        trial: u64,
+        engine: &dyn Fn(Arc<Scene>) -> Result<Arc<dyn Transition>>,
+    ) -> Result<Judge> {
         options.validate()?;
         // FNV-1a: cases of a suite get draws of their own, whichever of them are run.
-        let name_hash = problem
-            .name
-            .bytes()
-            .fold(0xcbf2_9ce4_8422_2325u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
+        let name_hash =
+            name.bytes().fold(0xcbf2_9ce4_8422_2325u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
         let key = Key::new(options.seed).child(name_hash).child(trial);
-        let scene = options.uncertainty().scene(&problem.scene, key.child(0));
+        let scene = options.uncertainty().scene(nominal, key.child(0));
         let engine = engine(Arc::new(scene))?;
         Ok(Judge {
             options: options.clone(),
-            nominal: Arc::clone(&problem.scene),
+            nominal: Arc::clone(nominal),
             scratch: engine.scratch(),
             engine,
-            jaw: Jaw::new(&problem.scene)?,
-            name: problem.name.clone(),
-            target: problem.target,
-            truth: problem.state.clone(),
+            jaw: Jaw::new(nominal)?,
+            name: name.to_owned(),
+            target,
+            truth: state.clone(),
             key: key.child(1),
             observations: 0,
         })
@@ -126,10 +153,12 @@ impl Judge {
         self.engine.scene()
     }
 
-    /// The target is outside the workspace, by the workspace's rule.
+    /// The target, or where there is none any body, is outside the workspace, by the workspace's rule.
     pub fn target_left(&self) -> bool {
-        let pose = self.truth.pose(self.target);
-        !self.nominal.workspace().holds(&self.nominal.body(self.target).footprint, &pose)
+        self.truth.iter().any(|(i, pose)| {
+            self.target.is_none_or(|target| target == i)
+                && !self.nominal.workspace().holds(&self.nominal.body(i).footprint, &pose)
+        })
     }
 
     /// What a camera reports now: every call draws new noise.
@@ -139,13 +168,13 @@ impl Judge {
         self.options.uncertainty().state(&self.nominal, &self.truth, key)
     }
 
-    /// The problem as observed now.
+    /// The problem as observed now, of a retrieval (a clearing has no target: [`Clearing::at`] what was observed).
     pub fn observed_problem(&mut self) -> Problem {
         Problem {
             name: self.name.clone(),
             scene: Arc::clone(&self.nominal),
             state: self.observe(),
-            target: self.target,
+            target: self.target.unwrap_or_default(),
         }
     }
 
@@ -170,25 +199,35 @@ impl Judge {
     }
 
     /// The grasp was planned for observed poses. An engine that executes grasps says what was lifted, and only the target
-    /// alone counts; in any other the grasp holds if the geometric test passes for it at the true poses.
+    /// alone counts, or where there is none the body that the grasp was for; in any other the grasp holds if the geometric test passes for it at the true poses.
     fn grasp(&mut self, grasp: &Grasp) -> Result<Effect> {
         let Some(result) = self.engine.grasp(&mut self.scratch, &self.truth, grasp, &Stop::never()) else {
-            if grasp.body != self.target || !self.jaw.holds(&self.truth, grasp) {
+            if !self.wanted(grasp.body) || !self.jaw.holds(&self.truth, grasp) {
                 return Ok(Effect::Missed);
             }
-            self.truth.set_present(self.target, false);
+            self.truth.set_present(grasp.body, false);
             return Ok(Effect::Grasped);
         };
         if result.status == GraspStatus::Interrupted {
             return Err(Error::Internal("the judge's engine stopped in mid grasp".into()));
         }
-        let taken = grasp.body == self.target && result.took(self.target);
+        let taken = self.wanted(grasp.body) && result.took(grasp.body);
         // What was taken wrongly lies where the fingers let go of it. A pose in the plane cannot say how a fallen body
         // lies: then everything is put back.
         if taken || result.toppled.is_empty() && result.state.present() == self.truth.present() {
             self.truth = result.state;
         }
         Ok(if taken { Effect::Grasped } else { Effect::Missed })
+    }
+}
+
+impl Judge {
+    /// The body may be taken.
+    fn wanted(&self, body: usize) -> bool {
+        match self.target {
+            Some(target) => body == target,
+            None => self.truth.is_present(body) && self.nominal.bodies().get(body).is_some_and(|b| b.pickable),
+        }
     }
 }
 

@@ -12,7 +12,9 @@ pub mod arrange;
 #[cfg(feature = "bullet")]
 mod calibration;
 pub mod certificate;
+mod clear;
 mod closed_loop;
+pub mod clutter;
 mod crosscheck;
 mod fidelity;
 mod judge;
@@ -27,6 +29,10 @@ mod testing;
 
 #[cfg(feature = "bullet")]
 pub use calibration::{Confusion, GraspSample, grasp_samples};
+pub use clear::{
+    CLEAR_ACTIONS_PER_BODY, ClearCase, ClearEnd, ClearNumbers, ClearPolicy, ClearReport, ClearTrial, ClearTrials,
+    clear_cap, clear_case, clear_suite, clear_trial,
+};
 pub use closed_loop::{ClosedLoopOptions, DEFAULT_MAX_ACTIONS, Event, Policy, run_case, run_trial};
 pub use crosscheck::{Crosscheck, CrosscheckRow, crosscheck};
 pub use fidelity::{Against, AllAgreement, Fidelity, MOVED_POSITION, MOVED_ROTATION, MovedAgreement, compare};

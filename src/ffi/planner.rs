@@ -10,7 +10,7 @@ use super::abi::{
 use super::action::jostle_action;
 use super::cancel::{Cancel, jostle_cancel};
 use super::context::{Context, MAX_THREADS, jostle_context};
-use super::decider::{Decider, is_rearranger};
+use super::decider::{Asks, Decider};
 use super::guard::{self, Call, free, guard};
 use super::handle::{Kind, Object};
 use super::log::Log;
@@ -50,8 +50,9 @@ pub struct jostle_planner_options {
     /// Worker threads; 0 runs everything on the caller. Never changes a plan made within a limit of iterations.
     /// JOSTLE_THREADS_OF_CONTEXT by default.
     pub threads: u32,
-    /// "hedge", "pmbs" or "mcts" to retrieve a target, "untangle", "pmmr" or "hbfs" to bring bodies to the scene's goals; null
-    /// (the default) for "hedge". The options on pushes, grasps and engines are for retrieval only.
+    /// "hedge", "pmbs", "mcts", "more", "ppn", "vft" or "dipn" to retrieve a target, "untangle", "pmmr" or "hbfs" to bring
+    /// bodies to the scene's goals, "greedy" (or a baseline, "random_push" or "grasp_only") to take everything off the table;
+    /// null (the default) for "hedge". The options on pushes, grasps and engines are not for rearrangements.
     pub planner: *const c_char,
     /// Engine that predicts what a push does: "rapier", "planar", "prism", "bullet" or the network "dipn"; null (the
     /// default) for the planner's own.
@@ -179,8 +180,8 @@ pub(super) struct Planner {
 pub(super) struct Shared {
     pub deciding: Mutex<Deciding>,
     pub publisher: Publisher,
-    /// It takes scenes with goals, and no target.
-    rearranges: bool,
+    /// What it takes.
+    asks: Asks,
 }
 
 pub(super) struct Deciding {
@@ -236,17 +237,20 @@ impl Request {
         }
         let scene = call.open::<Scene>(scene, "scene")?;
         let content = guard::read(&scene.content, "scene")?;
-        let (problem, bodies) = if shared.rearranges {
-            if target.id != 0 {
-                let reason = "is a body; a planner of rearrangements takes a zero target and the scene's goals";
-                return Err(Failure::argument("target", reason));
+        let (problem, bodies) = match shared.asks {
+            Asks::Target => content.problem(target).map(|(problem, bodies)| (AnyProblem::Retrieval(problem), bodies)),
+            _ if target.id != 0 => {
+                let reason = match shared.asks {
+                    Asks::Goals => "is a body; a planner of rearrangements takes a zero target and the scene's goals",
+                    _ => "is a body; a planner that clears the table takes a zero target",
+                };
+                Err(Failure::argument("target", reason))
             }
-            let (problem, bodies) = content.rearrangement()?;
-            (AnyProblem::Rearrangement(problem), bodies)
-        } else {
-            let (problem, bodies) = content.problem(target)?;
-            (AnyProblem::Retrieval(problem), bodies)
-        };
+            Asks::Goals => {
+                content.rearrangement().map(|(problem, bodies)| (AnyProblem::Rearrangement(problem), bodies))
+            }
+            Asks::All => content.clearing().map(|(problem, bodies)| (AnyProblem::Clearing(problem), bodies)),
+        }?;
         drop(content);
         let listener = options.progress.map(|callback| Listener {
             callback: Some(callback),
@@ -374,10 +378,15 @@ unsafe fn engine_options(
         variant,
         ..usual
     };
-    options.set_physics(engine, preset).map_err(c_field)?;
+    match (Asks::of(&options.planner), engine, preset) {
+        // A preset alone is one of the planner's own engine, which those that clear the table search with too.
+        (Asks::All, None, Some(_)) => options.set_physics(Some("planar"), preset),
+        (_, engine, preset) => options.set_physics(engine, preset),
+    }
+    .map_err(c_field)?;
     options.set_confirm(confirm).map_err(c_field)?;
-    // Those of rearrangements are checked when the planner is made.
-    if !is_rearranger(&options.planner) {
+    // Those of the other planners are checked when the planner is made.
+    if Asks::of(&options.planner) == Asks::Target {
         options.validate().map_err(c_field)?;
     }
     Ok(options)
@@ -423,9 +432,9 @@ pub unsafe extern "C" fn jostle_planner_new(
         // SAFETY: the caller promises an initialised struct and texts.
         let options = unsafe { engine_options(call, options, &context) }?;
         let engine = Decider::new(options).map_err(c_field)?;
-        let rearranges = matches!(engine, Decider::Rearrange { .. });
+        let asks = engine.asks();
         let deciding = Deciding { engine, bodies: Bodies::default(), broken: false };
-        let shared = Shared { deciding: Mutex::new(deciding), publisher: Publisher::new(), rearranges };
+        let shared = Shared { deciding: Mutex::new(deciding), publisher: Publisher::new(), asks };
         out.give(Planner { log: Arc::clone(&context.log), shared: Arc::new(shared) })
     })
 }
@@ -468,7 +477,8 @@ unsafe fn decide(
 }
 
 /// Decides what to do to retrieve `target`, within the planner's limits, and waits for it. A planner of rearrangements
-/// is given a zero target, and brings the scene's bodies to their goals. The search tree that
+/// is given a zero target, and brings the scene's bodies to their goals; so is one that clears the table, whose answer is
+/// solved and without actions when nothing is left to be taken. The search tree that
 /// jostle_planner_advance kept is used if the scene is the one that was expected. The scene may be changed by other
 /// threads meanwhile: the planner has its own copy.
 ///

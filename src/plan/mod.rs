@@ -1,5 +1,6 @@
 //! Planners: what they are asked, what they answer, and one file for each system's composition.
 
+pub mod clear;
 mod confirm;
 mod decision;
 mod hedge;

@@ -105,10 +105,21 @@ impl SvgPicture {
 
     /// Adds a panel for every action of a plan: `steps` holds each action with the state expected after it.
     pub fn plan(&mut self, problem: &Problem, steps: &[(Action, Option<State>)]) -> &mut Self {
-        let mut state = &problem.state;
+        self.steps(&problem.scene, &problem.state, Some(problem.target), steps)
+    }
+
+    /// The same for a problem without a target.
+    pub fn steps(
+        &mut self,
+        scene: &Scene,
+        state: &State,
+        target: Option<usize>,
+        steps: &[(Action, Option<State>)],
+    ) -> &mut Self {
+        let mut state = state;
         for (i, (action, after)) in steps.iter().enumerate() {
             let caption = format!("{} of {}", i + 1, steps.len());
-            self.panel(&problem.scene, state, Some(problem.target), Some(action), after.as_ref(), &caption);
+            self.panel(scene, state, target, Some(action), after.as_ref(), &caption);
             state = after.as_ref().unwrap_or(state);
         }
         self

@@ -6,6 +6,7 @@
 
 pub mod arc;
 mod body;
+mod clearing;
 mod file;
 pub mod generate;
 mod gripper;
@@ -22,6 +23,7 @@ mod workspace;
 mod world;
 
 pub use body::{Body, BodyDef, MAX_BODIES};
+pub use clearing::Clearing;
 pub use file::{AnyProblem, SCENE_VERSION};
 pub use gripper::{Grasper, Gripper, PushTip};
 pub use rearrangement::{CONTACT_SLACK, Goal, Rearrangement};

@@ -221,7 +221,8 @@ pub struct BenchNetArgs {
 #[derive(Debug, Clone, Args)]
 pub struct PlannerArgs {
     /// The planner: hedge (fewest actions on average), pmbs (parallel waves), mcts (serial), more (guided by ppn), ppn (that
-    /// network alone), vft (foresight by dipn), dipn (one push ahead); for rearrangements untangle, pmmr or hbfs
+    /// network alone), vft (foresight by dipn), dipn (one push ahead); for rearrangements untangle, pmmr or hbfs; to clear a
+    /// table greedy, or a baseline: random_push or grasp_only
     #[arg(long, default_value = "hedge", value_name = "NAME")]
     pub planner: String,
     #[command(flatten)]
@@ -444,7 +445,7 @@ pub struct PlanArgs {
 #[derive(Debug, Args)]
 pub struct RunArgs {
     /// A folder of scenes, a single scene, generated:N[:SEED], or a suite of this tool: own-hard, own-confined, deep,
-    /// rearrange
+    /// rearrange (40 rearrangements), clear-random (30 tables to be cleared) or clear-packed (10)
     #[arg(value_name = "SUITE", required_unless_present = "suite_option")]
     pub suite: Option<String>,
     /// The same by name
@@ -457,7 +458,8 @@ pub struct RunArgs {
     /// Trials of each problem
     #[arg(long, default_value_t = 5, value_name = "N")]
     pub trials: u64,
-    /// A trial fails after this many actions [default: 16 with the pmbs profile, else 30]
+    /// A trial fails after this many actions [default: 16 with the pmbs profile, three for each body of a table to be
+    /// cleared, else 30]
     #[arg(long, value_name = "N")]
     pub max_actions: Option<usize>,
     /// Execute every plan to its end instead of planning anew after each action (rearrangements)
@@ -516,6 +518,32 @@ pub struct GenerateArgs {
 pub enum GenerateKind {
     /// Write random rearrangements that can be solved, but not by bringing one body after the other to its goal
     Rearrange(GenerateRearrangeArgs),
+    /// Write random tables to be cleared: clutter, or tight packs in which hardly a grasp is possible at first
+    Clear(GenerateClearArgs),
+}
+
+#[derive(Debug, Args)]
+pub struct GenerateClearArgs {
+    /// Folder that the scenes are written to; made if it does not exist
+    #[arg(value_name = "FOLDER")]
+    pub folder: PathBuf,
+    /// What lies on the table
+    #[arg(long, default_value = "random", value_name = "KIND", value_parser = ["random", "packed"])]
+    pub kind: String,
+    /// Number of problems
+    #[arg(long, short = 'n', default_value_t = 30, value_name = "N")]
+    pub count: usize,
+    /// Least and greatest number of bodies, as in 10..30 (both included) [default: the kind's]
+    #[arg(long, value_name = "A..B", value_parser = parse_range)]
+    pub bodies: Option<(usize, usize)>,
+    /// The gripper that can take every body when it is alone [default: robotiq_2f85]
+    #[arg(long, value_name = "NAME")]
+    pub gripper: Option<String>,
+    /// Seed of everything random
+    #[arg(long, default_value_t = 0, value_name = "N")]
+    pub seed: u64,
+    #[command(flatten)]
+    pub json: JsonArgs,
 }
 
 #[derive(Debug, Args)]

@@ -6,6 +6,7 @@ use jostle::scene::generate::{Generator, GeneratorParams};
 use serde::Serialize;
 
 use crate::args::{GenerateArgs, GenerateKind};
+use crate::clear;
 use crate::output::{self, Failure, Outcome};
 use crate::rearrange;
 
@@ -24,8 +25,10 @@ struct Written {
 }
 
 pub fn run(args: &GenerateArgs) -> Outcome<()> {
-    if let Some(GenerateKind::Rearrange(args)) = &args.kind {
-        return rearrange::generate(args);
+    match &args.kind {
+        Some(GenerateKind::Rearrange(args)) => return rearrange::generate(args),
+        Some(GenerateKind::Clear(args)) => return clear::generate(args),
+        None => {}
     }
     let folder = args.folder.as_deref().ok_or_else(|| Failure::usage("FOLDER is missing; see --help"))?;
     let defaults = GeneratorParams::default();

@@ -9,6 +9,8 @@ mod bench_net;
 mod bench_path;
 mod bench_push;
 mod bench_search;
+mod clear;
+mod clear_suite;
 mod crosscheck;
 mod datagen;
 mod fidelity;

@@ -101,7 +101,7 @@ pub fn read(path: &Path) -> Outcome<Option<Rearrangement>> {
             }
             Ok(Some(problem))
         }
-        AnyProblem::Retrieval(_) => Ok(None),
+        AnyProblem::Retrieval(_) | AnyProblem::Clearing(_) => Ok(None),
     }
 }
 

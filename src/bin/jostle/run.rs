@@ -7,6 +7,7 @@ use jostle::plan::Control;
 use serde::Serialize;
 
 use crate::args::RunArgs;
+use crate::clear;
 use crate::output::{self, Failure, Machine, Outcome};
 use crate::progress;
 use crate::rearrange;
@@ -22,7 +23,7 @@ struct Document {
 }
 
 pub fn run(args: &RunArgs) -> Outcome<()> {
-    if rearrange::run(args)? {
+    if rearrange::run(args)? || clear::run(args)? {
         return Ok(());
     }
     let mut planner = args.planner.options()?;
