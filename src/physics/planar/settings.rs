@@ -72,7 +72,7 @@ impl PlanarSettings {
             partial_sweeps: 8,
             reach: 0.001,
             correction: 0.8,
-            clean_up_steps: 10,
+            clean_up_steps: 40,
             clean_up_overlap: 0.0005,
             border: 0.001,
             torque_ratio: 1.5,
