@@ -37,7 +37,7 @@ WARN    := -Wall -Wextra -Werror -pedantic
 TEST_FEATURES ?= cli,bullet
 CHECKS := format lint build-tests test-rust test-headers test-consumer
 
-.PHONY: help setup setup-test build demo test build-tests test-rust test-headers test-consumer lint format bench \
+.PHONY: help setup setup-test build demo test build-tests test-rust test-headers test-consumer test-tract lint format bench \
         install uninstall clean
 
 help: ## list the targets
@@ -87,6 +87,9 @@ test-headers: ## each header on its own and the README's program, as strict C11 
 
 test-consumer: build ## programs outside of the repository build against the installed library
 	tests/consumer/run.sh
+
+test-tract: setup-test ## every network of the repository on the embedded backend and on ONNX Runtime (a long build)
+	$(CARGO) test --release --features tract --test tract
 
 lint:
 	$(CARGO) clippy $(PROFILE) --all-targets -- -D warnings

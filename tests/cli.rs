@@ -134,7 +134,7 @@ fn a_run_reports_every_named_number() {
         assert!(total.pointer(path).is_some_and(Value::is_number), "{path}: {total}");
     }
     let configuration = &report["configuration"];
-    assert_eq!(configuration["planner"], "pmbs");
+    assert_eq!(configuration["planner"], "hedge");
     assert_eq!(configuration["gripper"], "robotiq_2f85");
     assert_eq!((&configuration["seed"], &configuration["trials"]), (&3.into(), &2.into()));
     assert_eq!(configuration["budget"]["iterations"], 20);
@@ -225,7 +225,7 @@ fn mistakes_end_with_status_2_and_one_line() {
         (&["plan"], "error: the following required arguments were not provided: <SCENE>; see --help"),
         (&["plan", "no such.json"], "no such.json: "),
         (&["plan", &broken], "line 2"),
-        (&["plan", &scene, "--planner", "best"], "planner: no planner is named `best`; known: pmbs, mcts"),
+        (&["plan", &scene, "--planner", "best"], "planner: no planner is named `best`; known: hedge, pmbs, mcts"),
         (&["plan", &scene, "--physics", "box"], "physics.engine: no engine is named `box`"),
         (&["plan", &scene, "--preset", "finest"], "physics.preset: planar has no preset `finest`"),
         (&["plan", &scene, "--gripper", "hand"], "gripper: no gripper is named `hand`"),
@@ -468,6 +468,33 @@ fn path_queries_are_written_once_and_answered_the_same() {
     assert_eq!(first, lengths());
 }
 
+#[test]
+fn the_image_benchmark_finds_what_it_drew() {
+    let report = json(&["bench", "image", "-n", "2", "--rounds", "1", "--json"]);
+    for time in ["crop_us", "labels_us", "shapes_ms", "matching_ms"] {
+        assert!(report[time].as_f64().unwrap() > 0.0, "{time}: {report}");
+    }
+    assert_eq!((report["in_images"].as_u64(), report["shapes_found"].as_u64()), (Some(20), Some(20)), "{report}");
+    assert_eq!((report["wrong"].as_u64(), report["missed"].as_u64()), (Some(0), Some(0)), "{report}");
+}
+
+#[test]
+fn a_scene_is_observed_as_an_image() {
+    let folder = Folder::new();
+    stdout(&["generate", &folder.path("scenes"), "--count", "1", "--seed", "3"]);
+    let scene = std::fs::read_dir(folder.path("scenes")).unwrap().next().unwrap().unwrap().path();
+    let (scene, image) = (scene.to_str().unwrap().to_owned(), folder.path("image.pgm"));
+    stdout(&["observe", &scene, "-o", &image]);
+    let labels = std::fs::read(&image).unwrap();
+    assert!(labels.starts_with(b"P5\n224 224\n255\n") && labels.len() == 15 + 224 * 224);
+    stdout(&["observe", &scene, "-o", &image, "--image", "heights", "--crop", "112", "--heading", "-0.3"]);
+    let heights = std::fs::read(&image).unwrap();
+    assert!(heights.starts_with(b"P5\n112 112\n65535\n") && heights.len() == 17 + 2 * 112 * 112);
+    // The middle of the crop is the target, 45 mm high.
+    let at = 17 + 2 * (56 * 112 + 56);
+    assert_eq!(u16::from_be_bytes([heights[at], heights[at + 1]]), 450);
+}
+
 /// `docs/cli.md` is this text; run with `UPDATE_DOCS=1` to write it anew.
 #[test]
 fn the_document_holds_the_help() {
@@ -486,7 +513,15 @@ fn the_document_holds_the_help() {
         "bench push",
         "bench search",
         "bench path",
+        "bench image",
+        "bench net",
         "render",
+        "datagen push",
+        "datagen ppn",
+        "datagen grasp",
+        "datagen segment",
+        "observe",
+        "model",
     ];
     for command in commands {
         let words: Vec<&str> = command.split_whitespace().chain(["--help"]).collect();

@@ -8,14 +8,13 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::holds::Jaw;
 use super::metrics::Effect;
 use crate::action::{Action, Grasp, Push};
 use crate::error::{Error, Result, check_range};
-use crate::geom::Pose2;
+use crate::grasp::Jaw;
 use crate::physics::{self, GraspStatus, PhysicsOptions, PushStatus, Scratch, Transition};
 use crate::run::{Key, Stop};
-use crate::scene::{Clearing, Problem, Scene, State};
+use crate::scene::{Clearing, Problem, Scene, State, Uncertainty};
 
 /// How the judge's world differs from the planner's model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -49,6 +48,15 @@ impl JudgeOptions {
         Self { physics, friction_spread: 0.0, noise_position_m: 0.0, noise_rotation_rad: 0.0, seed: 0 }
     }
 
+    /// How the world differs from what the planner knows of it.
+    pub fn uncertainty(&self) -> Uncertainty {
+        Uncertainty {
+            friction_spread: self.friction_spread,
+            position: self.noise_position_m,
+            rotation: self.noise_rotation_rad,
+        }
+    }
+
     pub fn validate(&self) -> Result<()> {
         self.physics.validate().map_err(|e| e.within("judge"))?;
         check_range("judge.friction_spread", self.friction_spread, 0.0..=0.9)?;
@@ -56,10 +64,6 @@ impl JudgeOptions {
         check_range("judge.noise_rotation_rad", self.noise_rotation_rad, 0.0..=0.5)
     }
 }
-
-/// Observations that no perception would report (bodies deep in each other) are drawn again this often at full noise;
-/// then the noise shrinks by a tenth with every further draw.
-const FULL_NOISE_DRAWS: u64 = 32;
 
 /// The true world of one trial.
 pub struct Judge {
@@ -123,7 +127,7 @@ impl Judge {
         let name_hash =
             name.bytes().fold(0xcbf2_9ce4_8422_2325u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
         let key = Key::new(options.seed).child(name_hash).child(trial);
-        let scene = perturbed(nominal, options.friction_spread, key.child(0));
+        let scene = options.uncertainty().scene(nominal, key.child(0));
         let engine = engine(Arc::new(scene))?;
         Ok(Judge {
             options: options.clone(),
@@ -161,14 +165,7 @@ impl Judge {
     pub fn observe(&mut self) -> State {
         let key = self.key.child(self.observations);
         self.observations += 1;
-        for draw in 0..FULL_NOISE_DRAWS + 40 {
-            let scale = 0.9f64.powi(draw.saturating_sub(FULL_NOISE_DRAWS) as i32);
-            let observed = self.noisy(key.child(draw), scale);
-            if self.nominal.check_state(&observed).is_ok() {
-                return observed;
-            }
-        }
-        self.truth.clone()
+        self.options.uncertainty().state(&self.nominal, &self.truth, key)
     }
 
     /// The problem as observed now, of a retrieval (a clearing has no target: [`Clearing::at`] what was observed).
@@ -179,24 +176,6 @@ impl Judge {
             state: self.observe(),
             target: self.target.unwrap_or_default(),
         }
-    }
-
-    fn noisy(&self, key: Key, scale: f64) -> State {
-        let position = self.options.noise_position_m * scale;
-        let rotation = self.options.noise_rotation_rad * scale;
-        let mut observed = self.truth.clone();
-        for (i, pose) in self.truth.iter() {
-            let mut draw = key.child(i as u64).stream();
-            observed.set_pose(
-                i,
-                Pose2::new(
-                    pose.x + position * draw.normal(),
-                    pose.y + position * draw.normal(),
-                    pose.theta + rotation * draw.normal(),
-                ),
-            );
-        }
-        observed
     }
 
     /// Does it in the true world.
@@ -252,20 +231,11 @@ impl Judge {
     }
 }
 
-/// The scene with every friction scaled by a factor of its own.
-fn perturbed(scene: &Scene, spread: f64, key: Key) -> Scene {
-    let mut draw = key.stream();
-    let mut factor = || draw.uniform(1.0 - spread, 1.0 + spread);
-    let tip = factor();
-    let bodies: Vec<f64> = (0..scene.len()).map(|_| factor()).collect();
-    scene.with_scaled_friction(tip, &bodies)
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::testing::{Claw, Slide, row, squeeze};
     use super::*;
-    use crate::geom::vec2;
+    use crate::geom::{Pose2, vec2};
     use crate::physics::GraspResult;
     use crate::scene::Mask;
 

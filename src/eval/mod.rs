@@ -17,7 +17,6 @@ mod closed_loop;
 pub mod clutter;
 mod crosscheck;
 mod fidelity;
-mod holds;
 mod judge;
 mod metrics;
 mod rearrange;
@@ -47,4 +46,6 @@ pub use recording::{
     RecordParams, RecordedShape, RecordedTip, Recording, read as read_recordings, record, to_lines as recording_lines,
 };
 pub use report::{BudgetReport, Configuration, Report, run_suite};
-pub use suite::{Refused, Suite, is_original, max_actions, needs_push, push_travel, read_problem, with_gripper};
+pub use suite::{
+    Refused, Suite, is_original, max_actions, needs_push, needs_pushes, push_travel, read_problem, with_gripper,
+};

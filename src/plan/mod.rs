@@ -3,7 +3,10 @@
 pub mod clear;
 mod confirm;
 mod decision;
+mod hedge;
 mod mcts;
+mod more;
+mod networks;
 mod options;
 mod outcome;
 mod planner;
@@ -11,9 +14,11 @@ mod pmbs;
 pub mod rearrange;
 mod recipe;
 mod retrieval;
+mod vft;
 
+pub use networks::OwnNetworks;
 pub use options::{Confirm, GraspDecision, PlannerOptions, Variant};
 pub use outcome::{Outcome, Plan, PlanStatistics, PlannedAction, RankedAction};
 pub use planner::{Control, Planner};
-pub use recipe::PLANNERS;
+pub use recipe::{PLANNERS, PRIORS};
 pub use retrieval::{Retrieval, Reward};

@@ -18,6 +18,7 @@ mod state;
 #[cfg(test)]
 pub(crate) mod testing;
 pub mod trlb;
+mod uncertainty;
 mod workspace;
 mod world;
 
@@ -27,5 +28,6 @@ pub use file::{AnyProblem, SCENE_VERSION};
 pub use gripper::{Grasper, Gripper, PushTip};
 pub use rearrangement::{CONTACT_SLACK, Goal, Rearrangement};
 pub use state::{BodyPose, Mask, State};
+pub use uncertainty::Uncertainty;
 pub use workspace::{LeaveRule, LeaveScope, Workspace};
 pub use world::{DEFAULT_OVERLAP_TOLERANCE, Friction, Problem, Scene, SceneBuilder};

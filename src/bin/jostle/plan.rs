@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use jostle::action::Action;
 use jostle::eval::{is_original, push_travel, read_problem, with_gripper};
 use jostle::plan::{Control, Outcome as PlanOutcome, Plan, Planner};
+use jostle::record::explanation;
 use jostle::scene::{Scene, State};
 
 use crate::args::PlanArgs;
@@ -32,6 +33,9 @@ pub fn run(args: &PlanArgs) -> Outcome<()> {
     let plan = Planner::new(options)?.solve(&problem, &Control::default())?;
     if let Some(path) = &args.svg {
         output::write_file(path, &render::plan_picture(&problem, &plan).render())?;
+    }
+    if let Some(path) = &args.explain {
+        output::write_file(path, &explanation(&problem, &plan).render())?;
     }
     let target = Some(problem.target);
     let text = text(&problem.name, &problem.scene, &problem.state, target, &plan);
@@ -102,6 +106,18 @@ pub fn text(title: &str, scene: &Scene, state: &State, target: Option<usize>, pl
     );
     if let Some(depth) = s.no_plan_within {
         let _ = writeln!(out, "        every plan of at most {depth} pushes was tried: none ends in a grasp");
+    }
+    if let (Some(chance), Some(expected)) = (s.success_chance, s.expected_actions) {
+        let _ = writeln!(
+            out,
+            "        {} perturbed worlds: done in {} actions with {:.0} %, in {expected:.2} on average",
+            s.worlds,
+            plan.actions.len(),
+            chance * 100.0
+        );
+    }
+    if s.proved_shortest {
+        let _ = writeln!(out, "        no shorter plan exists in this action set");
     }
     out
 }

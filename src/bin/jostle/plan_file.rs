@@ -48,6 +48,13 @@ pub struct Considered {
     pub visits: u64,
     pub prior: f64,
     pub solution_level: Option<u32>,
+    #[serde(default)]
+    pub success_chance: Option<f64>,
+    #[serde(default)]
+    pub expected_actions: Option<f64>,
+    /// A pose for each body in the search's model; absent in older files.
+    #[serde(default)]
+    pub predicted: Value,
 }
 
 fn parsed(text: &str) -> Outcome<Value> {
@@ -64,13 +71,18 @@ impl PlanFile {
         let step = |a: &PlannedAction| -> Outcome<Step> {
             Ok(Step { action: a.action, value: a.value, predicted: poses(&a.predicted)? })
         };
-        let considered = |a: &RankedAction| Considered {
-            action: a.action,
-            value: a.value,
-            best_return: a.best_return,
-            visits: a.visits,
-            prior: a.prior,
-            solution_level: a.solution_level,
+        let considered = |a: &RankedAction| -> Outcome<Considered> {
+            Ok(Considered {
+                action: a.action,
+                value: a.value,
+                best_return: a.best_return,
+                visits: a.visits,
+                prior: a.prior,
+                solution_level: a.solution_level,
+                success_chance: a.success_chance,
+                expected_actions: a.expected_actions,
+                predicted: poses(&a.predicted)?,
+            })
         };
         Ok(PlanFile {
             plan_version: VERSION,
@@ -82,7 +94,7 @@ impl PlanFile {
             grasp_score: plan.grasp_score,
             hash: format!("{:016x}", plan.hash_bits()),
             statistics: plan.statistics,
-            considered: plan.considered.iter().map(considered).collect(),
+            considered: plan.considered.iter().map(considered).collect::<Outcome<_>>()?,
         })
     }
 
@@ -114,6 +126,9 @@ impl PlanFile {
             visits: a.visits,
             prior: a.prior,
             solution_level: a.solution_level,
+            success_chance: a.success_chance,
+            expected_actions: a.expected_actions,
+            predicted: after(&problem, &a.predicted).unwrap_or_default(),
         });
         let plan = Plan {
             outcome: file.outcome,

@@ -412,6 +412,9 @@ fn considered(candidates: &[Candidate], ranked: &[Judged]) -> Vec<RankedAction> 
         visits: 1,
         prior: 1.0 / candidates.len() as f64,
         solution_level: None,
+        success_chance: None,
+        expected_actions: None,
+        predicted: candidates[judged.candidate].result.state.clone(),
     };
     ranked.iter().take(CONSIDERED).map(of).collect()
 }
