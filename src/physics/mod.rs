@@ -15,7 +15,7 @@ mod transition;
 pub use bullet::Bullet;
 pub use bullet::BulletSettings;
 pub use dipn::{Dipn, DipnSettings};
-pub use options::{ENGINES, EngineInfo, EngineSettings, PhysicsOptions, Purpose, engine, engine_with};
+pub use options::{ENGINES, EngineInfo, EngineSettings, PhysicsOptions, Purpose, engine, engine_with, network};
 pub use planar::{Planar, PlanarSettings};
 pub use prism::{Prism, PrismSettings};
 pub use rapier::{Rapier, RapierSettings};
