@@ -134,7 +134,7 @@ fn a_run_reports_every_named_number() {
         assert!(total.pointer(path).is_some_and(Value::is_number), "{path}: {total}");
     }
     let configuration = &report["configuration"];
-    assert_eq!(configuration["planner"], "pmbs");
+    assert_eq!(configuration["planner"], "hedge");
     assert_eq!(configuration["gripper"], "robotiq_2f85");
     assert_eq!((&configuration["seed"], &configuration["trials"]), (&3.into(), &2.into()));
     assert_eq!(configuration["budget"]["iterations"], 20);
@@ -225,7 +225,7 @@ fn mistakes_end_with_status_2_and_one_line() {
         (&["plan"], "error: the following required arguments were not provided: <SCENE>; see --help"),
         (&["plan", "no such.json"], "no such.json: "),
         (&["plan", &broken], "line 2"),
-        (&["plan", &scene, "--planner", "best"], "planner: no planner is named `best`; known: pmbs, mcts"),
+        (&["plan", &scene, "--planner", "best"], "planner: no planner is named `best`; known: hedge, pmbs, mcts"),
         (&["plan", &scene, "--physics", "box"], "physics.engine: no engine is named `box`"),
         (&["plan", &scene, "--preset", "finest"], "physics.preset: planar has no preset `finest`"),
         (&["plan", &scene, "--gripper", "hand"], "gripper: no gripper is named `hand`"),
@@ -390,6 +390,72 @@ fn the_suite_of_rearrangements_is_the_folder_of_its_files() {
     let built_in = names("rearrange");
     assert_eq!(built_in.len(), 40);
     assert_eq!(built_in, names(folder));
+}
+
+#[test]
+fn a_table_is_cleared_drawn_run_and_generated_again() {
+    let folder = Folder::new();
+    let made =
+        json(&["generate", "clear", &folder.path("made"), "--kind", "packed", "-n", "1", "--seed", "3", "--json"]);
+    let scene = made["files"][0].as_str().unwrap().to_owned();
+    let again =
+        json(&["generate", "clear", &folder.path("again"), "--kind", "packed", "-n", "1", "--seed", "3", "--json"]);
+    let read = |path: &str| std::fs::read_to_string(path).unwrap();
+    assert_eq!(read(&scene), read(again["files"][0].as_str().unwrap()));
+    assert!(read(&scene).contains("\"clear\": true"), "{}", read(&scene));
+
+    let (picture, plan_file) = (folder.path("plan.svg"), folder.path("plan.json"));
+    let text = stdout(&["plan", &scene, "--threads", "0", "--svg", &picture, "--json", &plan_file]);
+    assert!(text.contains("to be taken off the table") && text.contains("search  greedy, seed 0"), "{text}");
+    assert!(read(&picture).starts_with("<svg "));
+    let (drawn, table) = (folder.path("drawn.svg"), folder.path("table.svg"));
+    stdout(&["render", &plan_file, "-o", &drawn]);
+    assert_eq!(read(&drawn), read(&picture), "a written plan is drawn as the plan itself");
+    stdout(&["render", &scene, "-o", &table]);
+    assert!(read(&table).starts_with("<svg "));
+
+    let run = |planner: &str| {
+        json(&["run", &scene, "--planner", planner, "--judge", "fast", "--trials", "1", "--threads", "1", "--json"])
+    };
+    let report = run("greedy");
+    for field in ["completion", "nothing_left", "grasp_success", "efficiency", "actions", "taken", "runs"] {
+        assert!(report["total"][field].is_number(), "{field}: {}", report["total"]);
+    }
+    assert_eq!(report["cases"][0]["trials"][0]["actions"], report["total"]["actions"]);
+    assert_eq!(
+        (&report["confirm"]["engine"], &report["judge"]["physics"]["engine"]),
+        (&"prism".into(), &"rapier".into())
+    );
+    assert_eq!(run("grasp_only")["total"]["pushes"], 0);
+    let error = failure(2, &["run", &scene, "--planner", "oracle"]);
+    assert!(error.contains("no planner of clearings is named `oracle`"), "{error}");
+}
+
+#[test]
+fn the_suites_of_tables_are_the_folders_of_their_files() {
+    for name in ["clear-random", "clear-packed"] {
+        let folder = format!("{}/suites/{name}", env!("CARGO_MANIFEST_DIR"));
+        let run = |suite: &str| {
+            let report = json(&[
+                "run",
+                suite,
+                "--planner",
+                "grasp_only",
+                "--judge",
+                "fast",
+                "--trials",
+                "1",
+                "--max-actions",
+                "1",
+                "--json",
+            ]);
+            let names = report["cases"].as_array().unwrap().iter().map(|c| (c["name"].clone(), c["bodies"].clone()));
+            names.collect::<Vec<_>>()
+        };
+        let (own, files) = (run(name), run(&folder));
+        assert_eq!(own, files);
+        assert_eq!(own.len(), if name == "clear-random" { 30 } else { 10 });
+    }
 }
 
 #[test]

@@ -40,6 +40,14 @@ fn a_block_known_from_images_alone_is_retrieved() {
 }
 
 #[test]
+fn clear_table_takes_every_body_the_same_way_every_time() {
+    let shared = told("examples_c/clear_table.c", "clear_table", Link::Shared);
+    assert!(shared.contains(" 1  push  ") && shared.contains("\ncleared: 9 bodies by "), "{shared}");
+    assert_eq!(shared.matches("  grasped\n").count(), 9, "{shared}");
+    assert_eq!(shared, told("examples_c/clear_table.c", "clear_table", Link::Static));
+}
+
+#[test]
 fn async_cancel_stops_in_time() {
     for link in [Link::Shared, Link::Static] {
         let text = told("examples_c/async_cancel.c", "async_cancel", link);

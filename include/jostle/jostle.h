@@ -460,8 +460,8 @@ typedef struct jostle_planner_options {
   /// Worker threads; 0 runs everything on the caller. Never changes a plan made within a limit of iterations.
   /// JOSTLE_THREADS_OF_CONTEXT by default.
   uint32_t threads;
-  /// "pmbs" or "mcts" to retrieve a target, "untangle", "pmmr" or "hbfs" to bring bodies to the scene's goals; null
-  /// (the default) for "pmbs". The options on pushes, grasps and engines are for retrieval only.
+  /// "hedge", "pmbs" or "mcts" to retrieve a target, "untangle", "pmmr" or "hbfs" to bring bodies to the scene's goals; null
+  /// (the default) for "hedge". The options on pushes, grasps and engines are for retrieval only.
   const char *planner;
   /// Engine that predicts what a push does: "rapier", "planar", "prism", "bullet" or the network "dipn"; null (the
   /// default) for the planner's own.
@@ -602,6 +602,17 @@ typedef struct jostle_plan_statistics {
   uint64_t confirm_simulations;
   /// Wall-clock time of it, contained in `seconds`.
   double confirm_seconds;
+  /// 1 if no shorter plan exists in the planner's actions and model: every push of every state that fewer pushes lead
+  /// to was tried; else 0.
+  uint32_t proved_shortest;
+  /// Perturbed worlds that the next two are estimated from; 0 if the planner weighs no plans in such worlds, or had no
+  /// need to.
+  uint32_t worlds;
+  /// Probability that the target is out after no more actions than the plan has, if the robot looks and plans again
+  /// after every action.
+  double success_chance;
+  /// Mean number of actions until then.
+  double expected_actions;
 } jostle_plan_statistics;
 
 /// How the world differs from the planner's model: not at all by default, but for the finer preset.
@@ -816,7 +827,7 @@ typedef int32_t jostle_effect;
 /// The fingers would come down on a body; nothing was executed.
 #define JOSTLE_EFFECT_BLOCKED 2
 
-/// The target was grasped and taken away.
+/// The target, or in a world without one the body of the grasp, was grasped and taken away.
 #define JOSTLE_EFFECT_GRASPED 3
 
 /// The grasp does not hold where the bodies really are, or is not one of the target; nothing changed.
@@ -1399,7 +1410,7 @@ jostle_status jostle_scene_match_image(const struct jostle_scene *scene,
                                        size_t *count);
 
 /// Reads a problem's file (JSON, see docs/scene-format.md): the scene, and the body to retrieve. Of a rearrangement, the
-/// scene with its goals, and zero.
+/// scene with its goals, and zero; of a table to clear, the scene, and zero.
 ///
 /// Thread: any.
 /// RT: no.
@@ -1411,15 +1422,16 @@ jostle_status jostle_scene_read(const struct jostle_context *context,
                                 struct jostle_scene **scene,
                                 struct jostle_body *target);
 
-/// Writes the problem of retrieving `target`, or with a zero target that of bringing the bodies to their goals, as a
-/// file (JSON) that jostle_scene_read and the command-line tool read.
+/// Writes the problem of retrieving `target`, or with a zero target that of bringing the bodies to their goals where
+/// one has a goal, else that of taking everything off the table, as a file (JSON) that jostle_scene_read and the
+/// command-line tool read.
 ///
 /// Thread: shared use of scene.
 /// RT: no.
 /// Nullable: none.
 /// Owns: nothing.
-/// Errors: ARGUMENT (null, not UTF-8, zero target of a scene without goals, absent target, bodies that overlap, goals
-/// that do not fit), HANDLE, BUSY, NOT_FOUND (target), IO, POISONED.
+/// Errors: ARGUMENT (null, not UTF-8, absent target, bodies that overlap, goals that do not fit), HANDLE, BUSY,
+/// NOT_FOUND (target), IO, POISONED.
 jostle_status jostle_scene_write(const struct jostle_scene *scene,
                                  struct jostle_body target,
                                  const char *path);
@@ -1615,7 +1627,8 @@ jostle_status jostle_planner_new(const struct jostle_context *context,
 void jostle_planner_free(struct jostle_planner *planner);
 
 /// Decides what to do to retrieve `target`, within the planner's limits, and waits for it. A planner of rearrangements
-/// is given a zero target, and brings the scene's bodies to their goals. The search tree that
+/// is given a zero target, and brings the scene's bodies to their goals; so is one that clears the table, whose answer is
+/// solved and without actions when nothing is left to be taken. The search tree that
 /// jostle_planner_advance kept is used if the scene is the one that was expected. The scene may be changed by other
 /// threads meanwhile: the planner has its own copy.
 ///
@@ -1884,6 +1897,24 @@ jostle_status jostle_plan_considered(const struct jostle_plan *plan,
                                      size_t capacity,
                                      size_t *count);
 
+/// Where the bodies are expected after a first action that was considered (`index` as in jostle_plan_considered()), and
+/// what it came to in perturbed worlds: the probability that the target is out after no more actions than the best plan
+/// that begins so, and the mean number of actions. Both are 0 for an action that was not weighed in such worlds.
+///
+/// Thread: shared use of plan.
+/// RT: no.
+/// Nullable: buffer (with capacity 0: asks for the count), success_chance, expected_actions.
+/// Owns: the caller owns the buffer.
+/// Errors: ARGUMENT (null), HANDLE, BUFFER (count was written), NOT_FOUND (no such action, or a plan that moves bodies to
+/// goals).
+jostle_status jostle_plan_explain(const struct jostle_plan *plan,
+                                  size_t index,
+                                  double *success_chance,
+                                  double *expected_actions,
+                                  struct jostle_body_pose *buffer,
+                                  size_t capacity,
+                                  size_t *count);
+
 /// Sets every field to its default; `size` is sizeof(jostle_plan_statistics) as the caller was compiled.
 /// jostle_plan_statistics_default() in this header does it for you.
 ///
@@ -1939,14 +1970,14 @@ jostle_status jostle_plan_json(const struct jostle_plan *plan,
 jostle_status jostle_simulator_options_init(struct jostle_simulator_options *options,
                                             size_t size);
 
-/// Makes a world that begins where `scene` is; later changes of the scene do not reach it.
+/// Makes a world that begins where `scene` is; later changes of the scene do not reach it. With a zero target every
+/// pickable body may be taken.
 ///
 /// Thread: any; shared use of scene for a moment.
 /// RT: no.
 /// Nullable: options (all defaults).
 /// Owns: the caller owns *simulator and frees it with jostle_simulator_free; `options` is copied.
-/// Errors: ARGUMENT (null, an option: the message names it, zero target, target absent or not pickable, bodies that
-/// overlap), HANDLE, BUSY, NOT_FOUND (target, engine, preset), UNSUPPORTED, POISONED, MEMORY, ABI.
+/// Errors: ARGUMENT (null, an option: the message names it, target absent or not pickable, bodies that overlap), HANDLE, BUSY, NOT_FOUND (target, engine, preset), UNSUPPORTED, POISONED, MEMORY, ABI.
 jostle_status jostle_simulator_new(const struct jostle_context *context,
                                    const struct jostle_scene *scene,
                                    struct jostle_body target,
@@ -2008,14 +2039,16 @@ jostle_status jostle_simulator_poses(struct jostle_simulator *simulator,
                                      size_t capacity,
                                      size_t *count);
 
-/// Writes 1 to *left if the target is outside of the workspace, by the workspace's rule, else 0.
+/// Writes 1 to *left if the target, or in a world without one any body, is outside of the workspace, by the workspace's
+/// rule, else 0.
 ///
 /// Thread: exclusive use of simulator.
 /// RT: no.
 /// Nullable: none.
 /// Owns: nothing.
 /// Errors: ARGUMENT (null), HANDLE, BUSY, POISONED.
-jostle_status jostle_simulator_target_left(struct jostle_simulator *simulator, uint32_t *left);
+jostle_status jostle_simulator_target_left(struct jostle_simulator *simulator,
+                                           uint32_t *left);
 
 /// Version of this header; jostle_version() says the library's.
 #define JOSTLE_VERSION "0.1.0"

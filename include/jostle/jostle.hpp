@@ -371,6 +371,14 @@ inline problem scene::generate(const context &from, std::uint64_t seed, std::uin
     return problem{scene(made), target};
 }
 
+/// What a considered first action came to: chance of success and mean number of actions in perturbed worlds (0 where it
+/// was not weighed in such), and where the bodies are expected after it.
+struct explanation {
+    double success_chance;
+    double expected_actions;
+    std::vector<body_pose> predicted;
+};
+
 /// The answer of a planner.
 class plan : public detail::owner<jostle_plan, jostle_plan_free> {
 public:
@@ -425,6 +433,14 @@ public:
         return detail::array<ranked_action>([&](ranked_action *to, std::size_t room, std::size_t *count) {
             return jostle_plan_considered(get(), to, room, count);
         });
+    }
+    /// What the considered action `index` came to; see jostle_plan_explain().
+    explanation explain(std::size_t index) const {
+        explanation found{};
+        found.predicted = detail::array<body_pose>([&](body_pose *to, std::size_t room, std::size_t *count) {
+            return jostle_plan_explain(get(), index, &found.success_chance, &found.expected_actions, to, room, count);
+        });
+        return found;
     }
     jostle::statistics statistics() const {
         jostle::statistics value = jostle_plan_statistics_default();

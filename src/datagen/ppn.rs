@@ -162,6 +162,7 @@ impl Task for PpnTask {
         // The generator makes its target body 0.
         let target = if given { 0 } else { random.index(scene.len()) };
         let domain = Retrieval {
+            prior: None,
             scene: Arc::clone(scene),
             target,
             engine: physics::engine(&self.params.physics, Arc::clone(scene))?,

@@ -17,8 +17,8 @@ use crate::error::Error;
 use crate::geom::Pose2;
 use crate::grasp::{GraspParams, GraspScratch, GraspTest};
 use crate::scene::{
-    BodyDef, DEFAULT_OVERLAP_TOLERANCE, Friction, Goal, Gripper, MAX_BODIES, Problem, Rearrangement, Scene as Model,
-    SceneBuilder, State, Workspace,
+    BodyDef, Clearing, DEFAULT_OVERLAP_TOLERANCE, Friction, Goal, Gripper, MAX_BODIES, Problem, Rearrangement,
+    Scene as Model, SceneBuilder, State, Workspace,
 };
 
 /// What a robot knows of its table: bodies and where they are, gripper, workspace, friction. Opaque.
@@ -225,6 +225,12 @@ impl Content {
         }
         let Observed { model, state, bodies } = self.observed()?;
         Ok((Rearrangement::new(self.name.clone(), model, state, self.goals.clone())?, bodies))
+    }
+
+    /// The problem of taking everything off the table, checked. Goals do not matter to it.
+    pub fn clearing(&self) -> Outcome<(Clearing, Bodies)> {
+        let Observed { model, state, bodies } = self.observed()?;
+        Ok((Clearing::new(self.name.clone(), model, state)?, bodies))
     }
 
     fn hash(&self) -> Outcome<u64> {

@@ -11,6 +11,7 @@
 //! | `graspability` | [`GraspabilityScorer`]: a network of kind `gc` as a scorer |
 //! | `map` | [`MapScorer`]: a network of kind `gn` as a scorer |
 //! | `choice` | [`SCORERS`], [`Networks`], [`scorer`]: a scorer by its name |
+//! | `holds` | [`Jaw`]: whether a grasp that was planned for observed poses holds at the true ones |
 //! | `scorer` | [`Scorer`], the interface of everything that says how good a state is, and [`GeometricScorer`] |
 //!
 //! The jaw's frame has x along the closing direction and y along the pads.
@@ -19,6 +20,7 @@ mod choice;
 mod dense;
 mod graspability;
 mod hold;
+mod holds;
 mod jaw;
 mod map;
 #[cfg(test)]
@@ -33,6 +35,7 @@ mod tests;
 pub use choice::{Networks, SCORERS, check_scorer, scorer};
 pub use dense::GraspGrid;
 pub use graspability::GraspabilityScorer;
+pub use holds::Jaw;
 pub use map::MapScorer;
 pub use params::{GraspParams, GraspScore};
 pub use scorer::{GeometricScorer, GraspAssessment, Scorer};

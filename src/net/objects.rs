@@ -89,6 +89,17 @@ impl ObjectBatch {
         self.objects
     }
 
+    /// The centre of a body of an item in the frame of its push, metres; zeros for an absent body.
+    pub fn centre(&self, item: usize, body: usize) -> [f64; 2] {
+        let at = 2 * (item * self.objects + body);
+        [0, 1].map(|axis| self.centre.get(at + axis).copied().unwrap_or(0.0).into())
+    }
+
+    /// The length of an item's push, metres.
+    pub fn push_length(&self, item: usize) -> f64 {
+        self.push.get(4 * item).copied().unwrap_or(0.0).into()
+    }
+
     /// Adds a push of a state. `guess`: the state after it as another engine has it.
     pub fn add(
         &mut self,

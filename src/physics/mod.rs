@@ -3,6 +3,7 @@
 mod approach;
 pub mod bullet;
 pub mod dipn;
+mod ensemble;
 pub mod lanes;
 pub mod narrow;
 mod options;
@@ -15,6 +16,7 @@ mod transition;
 pub use bullet::Bullet;
 pub use bullet::BulletSettings;
 pub use dipn::{Dipn, DipnSettings};
+pub use ensemble::Ensemble;
 pub use options::{ENGINES, EngineInfo, EngineSettings, PhysicsOptions, Purpose, engine, engine_with, network};
 pub use planar::{Planar, PlanarSettings};
 pub use prism::{Prism, PrismSettings};

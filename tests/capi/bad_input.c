@@ -473,6 +473,22 @@ static void bad_planners(jostle_context *context, jostle_planner *planner, jostl
 }
 
 /* Goals that cannot be used, scenes whose goals do not fit, and planners given the other kind of problem. */
+static void bad_clearings(jostle_context *context, jostle_body target)
+{
+    jostle_planner_options options = jostle_planner_options_default();
+    jostle_planner *clearer = NULL;
+    options.planner = "greedy";
+    options.preset = "rough";
+    BAD(jostle_planner_new(context, &options, &new_planner), NOT_FOUND, "options.preset: ");
+    options.preset = NULL;
+    options.push_length = 7;
+    BAD(jostle_planner_new(context, &options, &new_planner), ARGUMENT, "options.push_length: is 7");
+    options.push_length = 0;
+    MUST(jostle_planner_new(context, &options, &clearer));
+    BAD(jostle_planner_solve(clearer, scene, target, NULL, &new_plan), ARGUMENT, "target: is a body; a planner that");
+    jostle_planner_free(clearer);
+}
+
 static void bad_rearrangements(jostle_context *context, jostle_planner *planner, jostle_body target)
 {
     jostle_planner_options options = jostle_planner_options_default();
@@ -668,6 +684,7 @@ int main(void)
     bad_planners(context, planner, plan, target);
     bad_rearrangements(context, planner, target);
     bad_models(context);
+    bad_clearings(context, target);
 
     /* What cannot fail says something for everything. */
     if (!jostle_version()[0] || !jostle_build_info()[0] || jostle_version_number() != JOSTLE_VERSION_NUMBER) failures++;

@@ -220,8 +220,10 @@ pub struct BenchNetArgs {
 /// How a planner is set up.
 #[derive(Debug, Clone, Args)]
 pub struct PlannerArgs {
-    /// The planner: pmbs (parallel waves) or mcts (serial); for rearrangements untangle, pmmr or hbfs
-    #[arg(long, default_value = "pmbs", value_name = "NAME")]
+    /// The planner: hedge (fewest actions on average), pmbs (parallel waves), mcts (serial), more (guided by ppn), ppn (that
+    /// network alone), vft (foresight by dipn), dipn (one push ahead); for rearrangements untangle, pmmr or hbfs; to clear a
+    /// table greedy, or a baseline: random_push or grasp_only
+    #[arg(long, default_value = "hedge", value_name = "NAME")]
     pub planner: String,
     #[command(flatten)]
     pub physics: PhysicsArgs,
@@ -230,8 +232,12 @@ pub struct PlannerArgs {
     #[arg(long, value_name = "ENGINE[:PRESET]")]
     pub confirm: Option<String>,
     /// What says how good a state is: geometric, or the networks gc or gn, with SCORER:FILE a network of one's own
-    #[arg(long, default_value = "geometric", value_name = "SCORER[:FILE]")]
-    pub scorer: String,
+    /// [default: the planner's own]
+    #[arg(long, value_name = "SCORER[:FILE]")]
+    pub scorer: Option<String>,
+    /// What values pushes before they are tried: ppn, ppn:FILE, or none [default: the planner's own]
+    #[arg(long, value_name = "PRIOR[:FILE]")]
+    pub prior: Option<String>,
     /// A gripper to take the place of the scene's: robotiq_2f85 or dissertation_mask
     #[arg(long, value_name = "NAME")]
     pub gripper: Option<String>,
@@ -309,15 +315,16 @@ impl PlannerArgs {
         };
         options.set_physics(self.physics.physics.as_deref(), self.physics.preset.as_deref())?;
         options.set_confirm(self.confirm.as_deref())?;
-        let (scorer, file) = match self.scorer.split_once(':') {
-            Some((scorer, file)) => (scorer, Some(file)),
-            None => (self.scorer.as_str(), None),
-        };
-        options.scorer = scorer.into();
-        check_scorer(scorer)?;
-        if let Some(file) = file {
-            let kind = Kind::by_name(scorer).map_err(|_| Failure::usage("scorer: `geometric` has no network"))?;
-            options.scorer_model = Some(Model::open(file, Some(kind), &LoadOptions::default())?);
+        if let Some(scorer) = &self.scorer {
+            let (name, file) = name_and_file(scorer);
+            check_scorer(name)?;
+            options.scorer = Some(name.into());
+            options.scorer_model = file.map(|file| network("scorer", name, file)).transpose()?;
+        }
+        if let Some(prior) = &self.prior {
+            let (name, file) = name_and_file(prior);
+            options.prior = Some(name.into());
+            options.prior_model = file.map(|file| network("prior", name, file)).transpose()?;
         }
         options.validate()?;
         Ok(options)
@@ -326,6 +333,16 @@ impl PlannerArgs {
     pub fn gripper(&self) -> Outcome<Option<Gripper>> {
         Ok(self.gripper.as_deref().map(Gripper::by_name).transpose()?)
     }
+}
+
+fn name_and_file(text: &str) -> (&str, Option<&str>) {
+    text.split_once(':').map_or((text, None), |(name, file)| (name, Some(file)))
+}
+
+/// A network of one's own for a part of a planner that is named as its kind.
+fn network(part: &str, name: &str, file: &str) -> Outcome<Model> {
+    let kind = Kind::by_name(name).map_err(|_| Failure::usage(&format!("{part}: `{name}` has no network")))?;
+    Ok(Model::open(file, Some(kind), &LoadOptions::default())?)
 }
 
 pub fn cores() -> usize {
@@ -420,11 +437,15 @@ pub struct PlanArgs {
     /// Draw the plan into this file
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
+    /// Draw why it was chosen: a panel for each of the best first actions
+    #[arg(long, value_name = "FILE")]
+    pub explain: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
 pub struct RunArgs {
-    /// A folder of scenes, a single scene, generated:N[:SEED], or rearrange for the 40 rearrangements of this tool
+    /// A folder of scenes, a single scene, generated:N[:SEED], or a suite of this tool: own-hard, own-confined, deep,
+    /// rearrange (40 rearrangements), clear-random (30 tables to be cleared) or clear-packed (10)
     #[arg(value_name = "SUITE", required_unless_present = "suite_option")]
     pub suite: Option<String>,
     /// The same by name
@@ -437,7 +458,8 @@ pub struct RunArgs {
     /// Trials of each problem
     #[arg(long, default_value_t = 5, value_name = "N")]
     pub trials: u64,
-    /// A trial fails after this many actions [default: 16 with the pmbs profile, else 30]
+    /// A trial fails after this many actions [default: 16 with the pmbs profile, three for each body of a table to be
+    /// cleared, else 30]
     #[arg(long, value_name = "N")]
     pub max_actions: Option<usize>,
     /// Execute every plan to its end instead of planning anew after each action (rearrangements)
@@ -479,6 +501,9 @@ pub struct GenerateArgs {
     /// Workspace and masses
     #[arg(long, value_enum, default_value = "more")]
     pub profile: ProfileArg,
+    /// Least number of pushes that every scene needs, proved by trying all shorter plans
+    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=3))]
+    pub pushes: u32,
     /// A gripper to take the place of the profile's
     #[arg(long, value_name = "NAME")]
     pub gripper: Option<String>,
@@ -493,6 +518,32 @@ pub struct GenerateArgs {
 pub enum GenerateKind {
     /// Write random rearrangements that can be solved, but not by bringing one body after the other to its goal
     Rearrange(GenerateRearrangeArgs),
+    /// Write random tables to be cleared: clutter, or tight packs in which hardly a grasp is possible at first
+    Clear(GenerateClearArgs),
+}
+
+#[derive(Debug, Args)]
+pub struct GenerateClearArgs {
+    /// Folder that the scenes are written to; made if it does not exist
+    #[arg(value_name = "FOLDER")]
+    pub folder: PathBuf,
+    /// What lies on the table
+    #[arg(long, default_value = "random", value_name = "KIND", value_parser = ["random", "packed"])]
+    pub kind: String,
+    /// Number of problems
+    #[arg(long, short = 'n', default_value_t = 30, value_name = "N")]
+    pub count: usize,
+    /// Least and greatest number of bodies, as in 10..30 (both included) [default: the kind's]
+    #[arg(long, value_name = "A..B", value_parser = parse_range)]
+    pub bodies: Option<(usize, usize)>,
+    /// The gripper that can take every body when it is alone [default: robotiq_2f85]
+    #[arg(long, value_name = "NAME")]
+    pub gripper: Option<String>,
+    /// Seed of everything random
+    #[arg(long, default_value_t = 0, value_name = "N")]
+    pub seed: u64,
+    #[command(flatten)]
+    pub json: JsonArgs,
 }
 
 #[derive(Debug, Args)]

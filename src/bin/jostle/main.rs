@@ -9,6 +9,8 @@ mod bench_net;
 mod bench_path;
 mod bench_push;
 mod bench_search;
+mod clear;
+mod clear_suite;
 mod crosscheck;
 mod datagen;
 mod fidelity;
@@ -24,6 +26,7 @@ mod rearrange_suite;
 mod record;
 mod render;
 mod run;
+mod suites;
 mod table;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};

@@ -101,13 +101,13 @@ pub fn read(path: &Path) -> Outcome<Option<Rearrangement>> {
             }
             Ok(Some(problem))
         }
-        AnyProblem::Retrieval(_) => Ok(None),
+        AnyProblem::Retrieval(_) | AnyProblem::Clearing(_) => Ok(None),
     }
 }
 
-/// The planner's options. `pmbs`, the default of the command line, stands for the default of rearrangements.
+/// The planner's options. `hedge`, the default of the command line, stands for the default of rearrangements.
 fn options(args: &PlannerArgs, seeds: usize) -> Outcome<RearrangeOptions> {
-    let planner = if args.planner == "pmbs" { REARRANGE_PLANNERS[0] } else { args.planner.as_str() };
+    let planner = if args.planner == "hedge" { REARRANGE_PLANNERS[0] } else { args.planner.as_str() };
     let options = RearrangeOptions {
         planner: planner.to_owned(),
         variant: match args.variant.as_str() {
