@@ -10,7 +10,7 @@ use std::f64::consts::{PI, TAU};
 
 use super::tensors::{Data, Tensor, sha256};
 use crate::error::{Error, Result, check_range};
-use crate::geom::{Footprint, Piece, Shape, Vec2, convex_hull, vec2};
+use crate::geom::{Footprint, Shape, Vec2, convex_hull, vec2};
 use crate::run::{Key, Stream};
 use crate::scene::library;
 
@@ -148,41 +148,7 @@ impl ShapeFamily {
 /// first vertex, relative to the centre of the area. A disc's lie on the circle, from +x; a compound of several parts is
 /// seen as its convex hull. Body frame, metres.
 pub fn outline_points(footprint: &Footprint) -> [Vec2; OUTLINE_POINTS] {
-    let centre = footprint.centroid;
-    let mut points = [Vec2::zeros(); OUTLINE_POINTS];
-    if let [Piece::Disc { radius, .. }] = footprint.pieces.as_slice() {
-        for (k, point) in points.iter_mut().enumerate() {
-            let angle = TAU * k as f64 / OUTLINE_POINTS as f64;
-            *point = vec2(angle.cos(), angle.sin()) * *radius;
-        }
-        return points;
-    }
-    let hull;
-    let outline = match footprint.outlines.as_slice() {
-        [one] => one,
-        several => {
-            hull = convex_hull(&several.concat());
-            &hull
-        }
-    };
-    let n = outline.len();
-    let perimeter: f64 = (0..n).map(|i| (outline[(i + 1) % n] - outline[i]).norm()).sum();
-    // `walked` is the length of the outline before edge `edge`.
-    let (mut edge, mut walked) = (0, 0.0);
-    for (k, point) in points.iter_mut().enumerate() {
-        let wanted = perimeter * k as f64 / OUTLINE_POINTS as f64;
-        loop {
-            let (a, b) = (outline[edge % n], outline[(edge + 1) % n]);
-            let length = (b - a).norm();
-            if walked + length >= wanted || edge + 1 >= n {
-                *point = a + (b - a) * ((wanted - walked) / length).clamp(0.0, 1.0) - centre;
-                break;
-            }
-            walked += length;
-            edge += 1;
-        }
-    }
-    points
+    footprint.outline_points()
 }
 
 /// A number that names the shape: equal for equal corners, whoever drew them.

@@ -58,8 +58,10 @@ impl Default for LoadOptions {
 /// Thread rule: shared freely between threads. The runtime's sessions serve one thread at a time, so every thread that runs
 /// the network at the same time has a session of its own, made when it is first needed and kept.
 ///
-/// Every call of the runtime has the same number of items ([`super::Interface::chunk`]); the result of an item does not
-/// depend on the others, on how many there are, or on the thread: same input, same bits (on a processor).
+/// Every call of the runtime has the same number of items ([`super::Interface::chunk`]): another number may take another
+/// kernel, which rounds differently (ONNX Runtime 1.32: one item and four of a trained network differ in the last bits).
+/// So the result of an item does not depend on the others, on how many there are, or on the thread: same input, same bits
+/// (on a processor).
 #[derive(Clone)]
 pub struct Model {
     shared: Arc<Shared>,

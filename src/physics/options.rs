@@ -222,6 +222,20 @@ pub fn engine(options: &PhysicsOptions, scene: Arc<Scene>) -> Result<Arc<dyn Tra
     engine_with(options, scene, None)
 }
 
+/// The network of the engine, loaded, for callers that prepare it for many scenes; none for other engines.
+pub fn network(options: &PhysicsOptions) -> Result<Option<Arc<dyn MotionModel>>> {
+    options.validate()?;
+    if options.engine != "dipn" {
+        return Ok(None);
+    }
+    Dipn::load(own_network(options)).map(Some)
+}
+
+/// What the preset names: a built-in network or a file.
+fn own_network(options: &PhysicsOptions) -> &str {
+    if options.preset == "custom" { DipnSettings::PRESETS[0] } else { &options.preset }
+}
+
 /// The same with a network that is loaded already, for the engine `dipn`.
 pub fn engine_with(
     options: &PhysicsOptions,
@@ -252,8 +266,7 @@ pub fn engine_with(
         EngineSettings::Bullet(_) => return Err(Error::Internal("bullet is not built but was not refused".into())),
         EngineSettings::Dipn(settings) => {
             // Constants of one's own go with the built-in network, unless the preset names another.
-            let network = if options.preset == "custom" { DipnSettings::PRESETS[0] } else { options.preset.as_str() };
-            Arc::new(Dipn::new(scene, settings, Dipn::load(network)?)?)
+            Arc::new(Dipn::new(scene, settings, Dipn::load(own_network(options))?)?)
         }
     })
 }
