@@ -70,6 +70,10 @@ static void all() {
     CHECK(made.actions().size() == made.size() && std::strlen(made.outcome_name()) > 3);
     CHECK(made.json().find("\"outcome\"") != std::string::npos && made.json().back() == '}');
     CHECK(made.considered().size() <= 64 && made.statistics().seed == 0);
+    if (!made.considered().empty()) {
+        const auto why = made.explain(0);
+        CHECK(!why.predicted.empty() && why.success_chance >= 0 && why.success_chance <= 1);
+    }
     for (std::size_t i = 0; i < made.size(); ++i) CHECK(made.predicted(i).size() == 3);
 
     // What a camera sees of it makes the same scene again, and finds its bodies.

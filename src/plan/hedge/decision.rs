@@ -15,8 +15,8 @@ use crate::search::{Closed, EarlyStop, EndReason, Params, Run, Tree};
 const WHOLE: u32 = 2;
 /// Iterations of a piece of the guided search below them, after which it looks at what it has.
 const PIECE: u64 = 512;
-/// Iterations of it with a solution known; without one it goes on to the end of the budget.
-const GUIDED: u64 = 2048;
+/// Iterations of it beyond the piece with which a first solution was known; until then it goes on to the budget's end.
+const FURTHER: u64 = 1024;
 /// First pushes with a solution that are enough of them.
 const ENOUGH: usize = 8;
 
@@ -65,14 +65,18 @@ pub(in crate::plan) fn make(
     };
     let mut verdict = Verdict::default();
     let mut weighed: Vec<Way> = Vec::new();
-    let (mut done, mut guided) = (1, 0);
+    let (mut done, mut since) = (1, 0);
     // A root that is a solution ends the first search by itself.
     while !asked(&report, &search_stop) && report.reason != EndReason::Solved {
         let mut fresh = ways(tree, done);
         fresh.retain(|way| !weighed.iter().any(|known| known.pushes.first() == way.pushes.first()));
-        let most = if fresh.is_empty() { u64::MAX } else { GUIDED };
-        let through = report.reason != EndReason::Iterations || search_stop.requested();
-        if done <= WHOLE || fresh.len() >= ENOUGH || guided >= most || through {
+        if done > WHOLE && !(fresh.is_empty() && weighed.is_empty()) {
+            since += PIECE;
+        }
+        let left = budget.iterations.map(|most| most.saturating_sub(report.iterations));
+        // A piece that was used up is no end of the search; the budget is.
+        let through = report.reason != EndReason::Iterations || left == Some(0) || search_stop.requested();
+        if done <= WHOLE || fresh.len() >= ENOUGH || since > FURTHER || through {
             let before = stop.elapsed();
             let mut spent = [0; 2];
             verdict.tried += fresh.len() as u64;
@@ -90,7 +94,6 @@ pub(in crate::plan) fn make(
                 break;
             }
         }
-        let left = budget.iterations.map(|most| most.saturating_sub(report.iterations));
         let full = report.reason == EndReason::Memory;
         if full || left == Some(0) || search_stop.requested() || done >= params.max_depth && done <= WHOLE {
             break;
@@ -100,7 +103,6 @@ pub(in crate::plan) fn make(
             tree.resume(domain, &level(params, done), &run(left))?
         } else {
             done = params.max_depth;
-            guided += PIECE;
             let piece = Some(left.unwrap_or(PIECE).min(PIECE));
             tree.resume(domain, &below(params, report.solution_level), &run(piece))?
         };
