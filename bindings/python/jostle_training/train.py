@@ -45,9 +45,17 @@ def save(path, content):
 
 
 def matching(state, net):
-    """The entries of `state` that have a place of the same shape in `net`."""
-    mine = net.state_dict()
-    return {k: v for k, v in state.items() if k in mine and mine[k].shape == v.shape}
+    """The entries of `state` that have a place in `net`. A layer with more inputs here weighs the others with zero."""
+    mine, out = net.state_dict(), {}
+    for name, tensor in state.items():
+        if name not in mine:
+            continue
+        want = mine[name].shape
+        if want == tensor.shape:
+            out[name] = tensor
+        elif tensor.dim() == 2 and len(want) == 2 and want[0] == tensor.shape[0] and want[1] > tensor.shape[1]:
+            out[name] = torch.cat([tensor, tensor.new_zeros(want[0], want[1] - tensor.shape[1])], 1)
+    return out
 
 
 class Average:

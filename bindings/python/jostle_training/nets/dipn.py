@@ -13,10 +13,10 @@ OUTPUTS = ("motion",)
 class Dipn(nn.Module):
     """`guess="planar"`: learns what is missing in the planar engine's prediction. `guess="none"`: predicts the motion."""
 
-    def __init__(self, width=96, moments=(0.0, 1.0, 1.0), guess="planar"):
+    def __init__(self, width=96, moments=(0.0, 1.0, 1.0), guess="planar", lanes=16):
         super().__init__()
         self.guess = guess == "planar"
-        self.bodies = Bodies(width, moments, guess=self.guess)
+        self.bodies = Bodies(width, moments, guess=self.guess, lanes=lanes)
 
     def forward(self, outline, centre, body, push, guess, present):
         motion, _, _ = self.bodies(outline, centre, body, push, present, guess)

@@ -2,7 +2,7 @@
 
 Bodies come as outlines of 32 points in the push frame. From them the graph computes extents along 32 directions, the
 gap of every pair of bodies along each (the largest is the distance of two convex bodies, or minus their penetration),
-the gap to the tip, and the clearance before the tip on 16 lanes across its width. Only operations that the small ONNX
+the gap to the tip, and the clearance before the tip on lanes across its width. Only operations that the small ONNX
 runtimes have are used: no reshapes by computed sizes, no gathers.
 """
 
@@ -12,30 +12,29 @@ import torch
 from torch import nn
 
 HALF = 16  # directions over half a turn; the other half follows from them
-LANES = 16
 FAR = 0.15  # metres; distances are cut off here
 SCALE = 20.0  # 5 cm becomes 1
 
-# Columns of the features of `Geometry.nodes`.
-NODE_FEATURES = 4 * HALF + 2 + 1 + 2 + LANES
+# Columns of the node features besides the lanes.
+NODE_FEATURES = 4 * HALF + 2 + 1 + 2
 
 
 class Geometry(nn.Module):
     """Features of a moment: bodies at their poses, the tip at its place on the x axis."""
 
-    def __init__(self):
+    def __init__(self, lanes=16):
         super().__init__()
         angles = torch.arange(HALF) * math.pi / HALF
         half = torch.stack([angles.cos(), angles.sin()])
         self.register_buffer("axes", half, persistent=False)
         self.register_buffer("around", torch.cat([half, -half], 1).T.contiguous(), persistent=False)
-        self.register_buffer("lanes", (torch.arange(LANES) + 0.5) / LANES - 0.5, persistent=False)
+        self.register_buffer("lanes", (torch.arange(lanes) + 0.5) / lanes - 0.5, persistent=False)
 
     def forward(self, outline, centre, tip_x, width, thickness):
         """outline [B,N,32,2] about the centre, centre [B,N,2]; tip_x, width, thickness [B,1]: the tip's centre on the
         x axis, its size across and along it.
 
-        Returns node features [B,N,NODE_FEATURES], extents hi and lo [B,N,32] (along a direction, and where the body
+        Returns node features [B,N,NODE_FEATURES + lanes], extents hi and lo [B,N,32] (along a direction, and where the body
         ends on the other side), separation [B,N,N,1], normals [B,N,N,2] and separation from the tip [B,N,1]."""
         along = outline @ self.axes  # [B,N,32,16]
         upper, lower = along.amax(2), along.amin(2)
@@ -71,7 +70,7 @@ class Geometry(nn.Module):
         x2 = torch.cat([x[..., 1:], x[..., :1]], -1)
         y2 = torch.cat([y[..., 1:], y[..., :1]], -1)
         slope = (x2 - x) / torch.where((y2 - y).abs() < 1e-9, torch.full_like(y, 1e-9), y2 - y)
-        lane = (self.lanes * width).unsqueeze(1).unsqueeze(1)  # [B,1,1,LANES]
+        lane = (self.lanes * width).unsqueeze(1).unsqueeze(1)  # [B,1,1,lanes]
         above, above2 = y.unsqueeze(-1) - lane, y2.unsqueeze(-1) - lane
         cut = x.unsqueeze(-1) - above * slope.unsqueeze(-1)
         cut = torch.where(above * above2 <= 0, cut, torch.full_like(cut, 10.0))
@@ -118,11 +117,11 @@ class Bodies(nn.Module):
     network has put the bodies so far, and one round corrects that. With a guess the first moment is the start (nothing
     is moved) and the others look at the guessed end."""
 
-    def __init__(self, width, moments, guess=False, targets=False, reach=0.03):
+    def __init__(self, width, moments, guess=False, targets=False, reach=0.03, lanes=16):
         super().__init__()
         self.moments, self.guess, self.targets, self.reach = list(moments), guess, targets, reach
-        self.geometry = Geometry()
-        features = NODE_FEATURES + 3 + 8 + (1 if targets else 0)
+        self.geometry = Geometry(lanes)
+        features = NODE_FEATURES + lanes + 3 + 8 + (1 if targets else 0)
         self.start = nn.Linear(features, width)
         self.rounds = nn.ModuleList(Round(width, features, reach) for _ in self.moments)
         self.heads = nn.ModuleList(nn.Linear(width, 3) for _ in self.moments)
