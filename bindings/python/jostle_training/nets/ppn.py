@@ -13,7 +13,7 @@ OUTPUTS = ("value",)
 class Ppn(nn.Module):
     """Follows the bodies through the push as DIPN does, then looks at the room around the target."""
 
-    def __init__(self, width=64, moments=(0.4, 0.8, 1.0), lanes=8, around=32):
+    def __init__(self, width=64, moments=(0.0, 0.5, 1.0), lanes=8, around=32):
         super().__init__()
         self.bodies = Bodies(width, moments, targets=True, lanes=lanes)
         self.around = nn.Linear(width + 32 + 3, around)
