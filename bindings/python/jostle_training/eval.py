@@ -14,7 +14,7 @@ import onnx
 import torch
 
 from . import export, nets, selftest
-from .data import Grasps, Pushes, TEST, VALIDATION, Values, manifest, manifest_hash
+from .data import Grasps, Pushes, TEST, TRAIN, VALIDATION, Values, manifest, manifest_hash
 from .shapes import iou
 from .tasks import arg_max, best_threshold, ranking
 
@@ -167,6 +167,8 @@ def main():
     with torch.no_grad():
         if kind == "dipn":
             figures = pushes(net, data, rows)
+            length = data.table["push"][data.rows[TRAIN], 0]
+            lengths = [round(float(length.min()), 3), round(float(length.max()), 3)]
         elif kind == "ppn":
             figures = ranking(net, data, rows)
         elif kind == "gc":
@@ -174,7 +176,10 @@ def main():
         else:
             figures = arg_max(net, data, rows)
             figures["at_least_0.3"] = arg_max(net, data, rows, 0.3)
-    report = dict(kind=kind, split=args.split, metrics=figures, data=about(args.data), dataset_sha256=manifest_hash(args.data))
+    found = about(args.data)
+    if kind == "dipn":
+        found["lengths"] = lengths
+    report = dict(kind=kind, split=args.split, metrics=figures, data=found, dataset_sha256=manifest_hash(args.data))
     if args.model.suffix == ".onnx":
         report["speed"] = speed(args.model, kind)
     if "threshold" in figures:
@@ -188,7 +193,12 @@ def main():
 def about(folder):
     """What the manifest says that the metadata repeats."""
     found = manifest(folder)
-    return {k: found[k] for k in ("engine", "lengths", "count") if k in found}
+    out = dict(count=found.get("count"))
+    for part in found.get("configuration", {}).values():
+        physics = part.get("physics") if isinstance(part, dict) else None
+        if physics:
+            out["engine"] = " ".join(physics[k] for k in ("engine", "preset") if physics.get(k))
+    return out
 
 
 if __name__ == "__main__":

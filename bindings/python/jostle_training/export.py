@@ -109,9 +109,9 @@ def spec(config, data):
     kind = config["kind"]
     if kind == "dipn":
         return dict(outline_points=32, guess=config.get("net", {}).get("guess", "planar"), max_objects=32,
-                    lengths=data.get("lengths", [0.02, 0.12]), engine=data.get("engine", "prism fine"))
+                    lengths=data.get("lengths", [0.03, 0.12]), engine=data.get("engine", "unknown"))
     if kind == "ppn":
-        return dict(outline_points=32, max_objects=32, engine=data.get("engine", "planar fast"))
+        return dict(outline_points=32, max_objects=32, engine=data.get("engine", "unknown"))
     if kind == "segmentation":
         return dict(pixel=0.002, size=SEGMENT)
     return dict(pixel=0.002, size=112, gripper="robotiq_2f85", angles=16)
