@@ -6,6 +6,7 @@
 import argparse
 import hashlib
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -22,15 +23,19 @@ def toml(value):
     return json.dumps(str(value))
 
 
+# Of figures by group and length of push; the rest is in the file's metadata.
+LISTED = ("one_minus_iou", "moved_iou", "moved_rotation_deg")
+
+
 def flat(figures, prefix=""):
-    """Nested figures as one table of numbers; lists are left to the report."""
+    """Nested figures as one table of numbers."""
     out = {}
     for name, value in figures.items():
         name = prefix + str(name).replace(".", "_")
         if isinstance(value, dict):
             out.update(flat(value, name + "_"))
-        elif isinstance(value, (int, float)):
-            out[name] = value
+        elif isinstance(value, (int, float)) and (prefix.count("_") < 2 or name.endswith(LISTED)):
+            out[name] = round(value, 4)
     return out
 
 
@@ -57,7 +62,7 @@ def main():
         shutil.copyfile(args.model, target)
     table = args.folder / "MODELS.toml"
     text = table.read_text() if table.exists() else "# The networks that are built into the library.\n"
-    head, *entries = text.split(HEAD)
+    head, *entries = re.split(rf"^{re.escape(HEAD)}", text, flags=re.MULTILINE)
     kept = [e.rstrip() + "\n" for e in entries if f'name = "{args.name}"' not in e]
     mine = entry(args.name, target, json.loads(args.metrics.read_text())["metrics"])
     entries = sorted([HEAD + e for e in kept] + [mine])
