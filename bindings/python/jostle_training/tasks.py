@@ -6,7 +6,7 @@ import torch
 from torch.nn import functional
 
 from . import nets
-from .data import Grasps, Pushes, TEST, TRAIN, VALIDATION, Values, mirrored, symmetric
+from .data import ANGLES, CELLS, Grasps, Pushes, TRAIN, VALIDATION, Values, mirrored, symmetric
 
 MILLIMETRE = 1e-3
 
@@ -178,10 +178,19 @@ class ImageTask(Task):
                        score=self.data.table["score"][rows])
 
 
+def along_pads():
+    """How far each cell lies from the image's centre along the pads, metres: [16,56,56]. They are at right angles to
+    the closing direction."""
+    at = (torch.arange(CELLS) + 0.5 - CELLS / 2) * 0.004
+    angle = torch.arange(ANGLES) * math.pi / ANGLES
+    return (at[None, None, :] * -angle.sin()[:, None, None] + at[None, :, None] * angle.cos()[:, None, None]).abs()
+
+
 class GcTask(ImageTask):
     def __init__(self, config, *rest, **options):
         super().__init__(config, *rest, **options)
         self.least = config.get("least_score", 0.3)
+        self.reach = along_pads() <= config.get("offset_reach", 0.02)
 
     def loss(self, batch):
         with torch.autocast("cpu", torch.bfloat16, enabled=self.autocast):
@@ -191,7 +200,8 @@ class GcTask(ImageTask):
         weight = ((batch["score"] - self.least).abs() / 0.05).clamp(0.3, 1)
         loss = functional.binary_cross_entropy_with_logits(logit.float(), truth, weight)
         if coarse is not None:
-            wanted = functional.max_pool2d(batch["quality"], 2)
+            wanted = ((batch["quality"] * self.reach) >= self.least).float()
+            wanted = functional.max_pool2d(wanted, 2)
             aux = functional.binary_cross_entropy_with_logits(coarse.float(), wanted, reduction="none")
             loss = loss + self.config.get("map", 20.0) * aux.mean()
         return loss
@@ -215,8 +225,8 @@ class GnTask(ImageTask):
         with torch.autocast("cpu", torch.bfloat16, enabled=self.autocast):
             logit = self.net.logits(batch["image"])
         wanted = batch["quality"]
-        near = functional.max_pool2d(batch["image"][:, 1:], 6, 2, 2)
-        weight = (0.02 + near) * (1 + 3 * (wanted > 0))
+        near = self.net.near(batch["image"][:, 1:]) if hasattr(self.net, "near") else torch.ones_like(wanted[:, :1])
+        weight = (0.01 + near) * (1 + 3 * (wanted > 0))
         loss = functional.binary_cross_entropy_with_logits(logit.float(), wanted, weight, reduction="sum")
         return loss / weight.expand_as(wanted).sum()
 

@@ -23,18 +23,25 @@ def prepared(image):
 
 class Gc(nn.Module):
     """A plain network of convolutions. A coarse map (8 mm cells, 16 angles) is an output in training only, where it is
-    taught from the grasp map; the probability is read from the best places of the target."""
+    taught from the grasp map; the probability is read from the best places. Where a place lies in the image matters,
+    because the grasp test looks for grasps near the target's centre only."""
+
+    CELLS = 28
 
     def __init__(self, width=16, middle=24):
         super().__init__()
         w, m = width, middle
-        self.trunk = nn.Sequential(
-            layer(3, w, 5, 2), layer(w, m, 3, 2), layer(m, m), layer(m, m, 3, 1, 2), layer(m, m), layer(m, m, 3, 1, 2))
+        self.stem = nn.Sequential(layer(3, w, 5, 2), layer(w, m, 3, 2))
+        at = (torch.arange(self.CELLS) + 0.5) / (self.CELLS / 2) - 1
+        x, y = at.expand(self.CELLS, -1), at[:, None].expand(-1, self.CELLS)
+        self.register_buffer("at", torch.stack([x, y, x.abs(), y.abs(), x * x + y * y])[None], persistent=False)
+        self.place = nn.Conv2d(5, m, 1)
+        self.trunk = nn.Sequential(layer(m, m), layer(m, m, 3, 1, 2), layer(m, m), layer(m, m, 3, 1, 2))
         self.map = nn.Conv2d(m, 16, 1)
         self.score = nn.Sequential(nn.Linear(m + 16, 32), nn.ReLU(), nn.Linear(32, 1))
 
     def logits(self, image):
-        x = self.trunk(prepared(image))
+        x = self.trunk(self.stem(prepared(image)) + self.place(self.at))
         coarse = self.map(x)
         best = torch.cat([x.amax((2, 3)), coarse.amax((2, 3))], 1)
         return self.score(best).squeeze(-1), coarse

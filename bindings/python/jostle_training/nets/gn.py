@@ -28,7 +28,8 @@ class Gn(nn.Module):
         self.up2 = nn.ConvTranspose2d(3 * w // 2, w, 2, 2)
         self.join2 = nn.Sequential(layer(2 * w, w), layer(w, w))
         self.out = nn.Conv2d(w, ANGLES, 1)
-        self.near = nn.MaxPool2d(6, 2, 2)
+        # A grasp of the target has its centre within 2 cm of it: it lies between fingers 85 mm apart.
+        self.near = nn.Sequential(nn.MaxPool2d((22, 1), (2, 1), (10, 0)), nn.MaxPool2d((1, 22), (1, 2), (0, 10)))
         nn.init.constant_(self.out.bias, -3.0)
 
     def logits(self, image):
@@ -37,7 +38,6 @@ class Gn(nn.Module):
         c = self.down2(b)
         b = self.join1(torch.cat([self.up1(c), b], 1))
         a = self.join2(torch.cat([self.up2(b), a], 1))
-        # No grasp of the target has its centre away from it.
         return self.out(a) - 12 * (1 - self.near(image[:, 1:]))
 
     def forward(self, image):
