@@ -168,10 +168,13 @@ class ImageTask(Task):
     def fit(self):
         pass
 
+    def maps(self, rows):
+        return self.data.maps(rows)
+
     def batches(self):
         while True:
             rows = self.choose(self.data.rows[TRAIN], self.batch_size)
-            image, quality = self.data.images(rows), self.data.maps(rows)
+            image, quality = self.data.images(rows), self.maps(rows)
             parts = [symmetric(i, q, int(torch.randint(8, (), generator=self.generator)))
                      for i, q in zip(image.chunk(8), quality.chunk(8))]
             yield dict(image=torch.cat([p[0] for p in parts]), quality=torch.cat([p[1] for p in parts]),
@@ -190,7 +193,27 @@ class GcTask(ImageTask):
     def __init__(self, config, *rest, **options):
         super().__init__(config, *rest, **options)
         self.least = config.get("least_score", 0.3)
-        self.reach = along_pads() <= config.get("offset_reach", 0.02)
+        self.reach = along_pads() <= config.get("offset_reach", 0.018)
+        self.mark()
+
+    def mark(self):
+        """Where in 8 mm cells a grasp of at least that score lies which the grasp test may find: [M,16,28,28]."""
+        t, half = self.data.table, CELLS // 2
+        good = (t["cell_score"] >= self.least) & self.reach.flatten()[t["cell"].long()]
+        row = torch.repeat_interleave(torch.arange(len(self.data)), t["count"])[good]
+        cell = t["cell"][good].long()
+        k, r, c = cell // CELLS**2, cell // CELLS % CELLS // 2, cell % CELLS // 2
+        self.coarse = torch.zeros(len(self.data), ANGLES, half, half, dtype=torch.uint8)
+        self.coarse[row, k, r, c] = 1
+
+    def refresh(self):
+        found = super().refresh()
+        if found:
+            self.mark()
+        return found
+
+    def maps(self, rows):
+        return self.coarse[rows]
 
     def loss(self, batch):
         with torch.autocast("cpu", torch.bfloat16, enabled=self.autocast):
@@ -200,10 +223,8 @@ class GcTask(ImageTask):
         weight = ((batch["score"] - self.least).abs() / 0.05).clamp(0.3, 1)
         loss = functional.binary_cross_entropy_with_logits(logit.float(), truth, weight)
         if coarse is not None:
-            wanted = ((batch["quality"] * self.reach) >= self.least).float()
-            wanted = functional.max_pool2d(wanted, 2)
-            aux = functional.binary_cross_entropy_with_logits(coarse.float(), wanted, reduction="none")
-            loss = loss + self.config.get("map", 20.0) * aux.mean()
+            aux = functional.binary_cross_entropy_with_logits(coarse.float(), batch["quality"].float())
+            loss = loss + self.config.get("map", 20.0) * aux
         return loss
 
     def score(self, net, rows_limit=2000):
