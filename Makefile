@@ -37,8 +37,16 @@ WARN    := -Wall -Wextra -Werror -pedantic
 TEST_FEATURES ?= cli,bullet
 CHECKS := format lint build-tests test-rust test-headers test-consumer
 
+# Of `make models`: Python with torch (bindings/python/README.md), where data and checkpoints go, minutes of each
+# training, and how much data.
+PYTHON  ?= python3
+DATA    ?= $(OUT)/training
+MINUTES ?= 30
+COUNT   ?= 100000
+MODELS  ?= dipn gc gn ppn
+
 .PHONY: help setup setup-test build demo test build-tests test-rust test-headers test-consumer test-tract lint format bench \
-        install uninstall clean
+        models test-training install uninstall clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1|\2/p' $(MAKEFILE_LIST) | awk -F'|' '{ printf "%-22s %s\n", $$1, $$2 }'
@@ -106,6 +114,15 @@ bench: build ## figures that need no data from outside (docs/benchmarks.md), int
 	$(JOSTLE) run generated:$(BENCH_PROBLEMS) --planner mcts --seconds $(BENCH_SECONDS) --trials $(BENCH_TRIALS) \
 	    --json $(OUT)/generated-mcts.json
 	@echo "The reports lie in $(OUT)/"
+
+test-training: ## the training package: ten steps, export and parity of every network (needs torch)
+	@if $(PYTHON) -c 'import torch, onnx, onnxruntime, safetensors, shapely' 2>/dev/null; then \
+	    cd bindings/python && $(PYTHON) -m unittest discover tests; \
+	else echo "test-training: skipped, $(PYTHON) has no torch, onnx, onnxruntime, safetensors or shapely" \
+	    "(bindings/python/README.md; PYTHON=... names another)"; fi
+
+models: build ## make data, train, judge and export the networks in models/ (hours)
+	JOSTLE=$(JOSTLE) PYTHON=$(PYTHON) DATA=$(DATA) MINUTES=$(MINUTES) COUNT=$(COUNT) scripts/models.sh $(MODELS)
 
 install: ## library, headers, pkg-config, CMake package and tool, to DESTDIR and PREFIX (/usr/local)
 	@test -e $(BUILD)/libjostle.so || $(MAKE) --no-print-directory build

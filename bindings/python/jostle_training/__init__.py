@@ -1,0 +1,3 @@
+"""Training, evaluation and export of jostle's networks."""
+
+__version__ = "0.1.0"

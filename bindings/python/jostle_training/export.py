@@ -1,0 +1,201 @@
+"""Writes a checkpoint as an ONNX file that the library loads: metadata and a self-test are inside.
+
+    python -m jostle_training.export DIR/dipn.pt -o models/dipn.onnx --metrics DIR/dipn-metrics.json
+"""
+
+import argparse
+import copy
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import onnx
+import onnxruntime
+import torch
+from torch import nn
+from torch.nn.utils.fusion import fuse_conv_bn_eval
+
+from . import __version__, nets, selftest
+
+OPSET, IR = 18, 10
+INTERFACE = 1
+SEED = 20240601
+OBJECTS = {"outline": (32, 2), "centre": (2,), "body": (4,), "guess": (3,), "present": (), "target": ()}
+SEGMENT = 224
+
+
+def input_shapes(kind, batch, objects):
+    """Sizes of each input, in the order of the interface."""
+    shapes = {}
+    for name in nets.module(kind).INPUTS:
+        if name == "image":
+            shapes[name] = [batch, 1, SEGMENT, SEGMENT] if kind == "segmentation" else [batch, 2, 112, 112]
+        elif name == "push":
+            shapes[name] = [batch, 4]
+        else:
+            shapes[name] = [batch, objects, *OBJECTS[name]]
+    return shapes
+
+
+def folded(net):
+    """A copy for inference whose batch normalisations are part of the convolutions before them."""
+    net = copy.deepcopy(net).eval()
+    for module in list(net.modules()):
+        if isinstance(module, nn.Sequential):
+            for k in range(len(module) - 1):
+                if isinstance(module[k], nn.Conv2d) and isinstance(module[k + 1], nn.BatchNorm2d):
+                    module[k] = fuse_conv_bn_eval(module[k], module[k + 1])
+                    module[k + 1] = nn.Identity()
+    return net
+
+
+def to_onnx(net, kind):
+    """The graph, without metadata."""
+    example = {k: torch.from_numpy(v) for k, v in selftest.inputs(input_shapes(kind, 3, 5), 1).items()}
+    batch, objects = torch.export.Dim("batch", min=1, max=4096), torch.export.Dim("num_objects", min=1, max=64)
+    dynamic = {name: {0: batch, 1: objects} if name in OBJECTS else {0: batch} for name in example}
+    program = torch.onnx.export(
+        folded(net), tuple(example.values()), dynamo=True, opset_version=OPSET, dynamic_shapes=tuple(dynamic.values()),
+        input_names=list(example), output_names=list(nets.module(kind).OUTPUTS), optimize=True, verbose=False)
+    model = program.model_proto
+    model.ir_version = min(model.ir_version, IR)
+    # The exporter's notes (stack traces, module names) name files of this machine.
+    for node in model.graph.node:
+        node.doc_string = ""
+        del node.metadata_props[:]
+    for value in list(model.graph.value_info) + list(model.graph.input) + list(model.graph.output):
+        del value.metadata_props[:]
+    for tensor in model.graph.initializer:
+        tensor.doc_string = ""
+        del tensor.metadata_props[:]
+    del model.graph.metadata_props[:]
+    del model.metadata_props[:]
+    del model.graph.value_info[:]
+    # A network without a guess does not ask for one.
+    used = {name for node in model.graph.node for name in node.input}
+    for value in [v for v in model.graph.input if v.name not in used]:
+        model.graph.input.remove(value)
+    return model
+
+
+def session(model):
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = 1
+    options.log_severity_level = 3
+    return onnxruntime.InferenceSession(model, options, providers=["CPUExecutionProvider"])
+
+
+def run(model, feed):
+    """Outputs by name."""
+    s = session(model)
+    feed = {i.name: feed[i.name] for i in s.get_inputs()}
+    names = [o.name for o in s.get_outputs()]
+    return dict(zip(names, s.run(names, feed)))
+
+
+def self_test(model, kind, batch=2, objects=3):
+    asked = {i.name for i in model.graph.input}
+    shapes = {k: v for k, v in input_shapes(kind, batch, objects).items() if k in asked}
+    feed = selftest.inputs(shapes, SEED)
+    out = run(model.SerializeToString(), feed)
+    return dict(seed=SEED, batch=batch, num_objects=objects, atol=1e-3,
+                expected={k: [round(float(x), 7) for x in v.reshape(-1)[:8]] for k, v in out.items()})
+
+
+def spec(config, data):
+    """What the numbers mean, per kind."""
+    kind = config["kind"]
+    if kind == "dipn":
+        return dict(outline_points=32, guess=config.get("net", {}).get("guess", "planar"), max_objects=32,
+                    lengths=data.get("lengths", [0.03, 0.12]), engine=data.get("engine", "unknown"))
+    if kind == "ppn":
+        return dict(outline_points=32, max_objects=32, engine=data.get("engine", "unknown"))
+    if kind == "segmentation":
+        return dict(pixel=0.002, size=SEGMENT)
+    return dict(pixel=0.002, size=112, gripper="robotiq_2f85", angles=16)
+
+
+def metadata(checkpoint, metrics, version, commit):
+    config, kind = checkpoint["config"], checkpoint["config"]["kind"]
+    threshold = metrics.get("threshold", 0.5 if kind in ("gc", "gn") else None)
+    described = spec(config, metrics.get("data", {}))
+    if threshold is not None and kind in ("gc", "gn"):
+        described["threshold"] = threshold
+    return {
+        "kind": kind, "interface": str(INTERFACE), "version": version, "spec": json.dumps(described),
+        "gripper": "robotiq_2f85" if kind in ("gc", "gn", "ppn") else "",
+        "threshold": "" if threshold is None else str(threshold),
+        "dataset_sha256": checkpoint.get("dataset_sha256") or "", "train_commit": commit,
+        "licence": "MIT OR Apache-2.0", "metrics": json.dumps(metrics.get("metrics", metrics)),
+    }
+
+
+def commit_of_source():
+    """The commit of the training code; with `+` where files differ from it."""
+    here = Path(__file__).resolve().parent
+    git = lambda *a: subprocess.run(["git", "-C", here, *a], capture_output=True, text=True, check=False).stdout.strip()
+    commit = git("rev-parse", "HEAD")
+    return commit + ("+" if commit and git("status", "--porcelain", "--", ".") else "")
+
+
+def write(checkpoint, path, metrics=None, version="1", commit=None):
+    """Exports, adds metadata and self-test, compares with torch; returns the largest difference."""
+    config, kind = checkpoint["config"], checkpoint["config"]["kind"]
+    net = nets.build(kind, config.get("profile", "fast"), **config.get("net", {}))
+    net.load_state_dict(checkpoint["net"])
+    net.eval()
+    model = to_onnx(net, kind)
+    properties = metadata(checkpoint, metrics or {}, version, commit_of_source() if commit is None else commit)
+    properties["selftest"] = json.dumps(self_test(model, kind))
+    onnx.helper.set_model_props(model, properties)
+    model.producer_name, model.producer_version, model.doc_string = "jostle_training", __version__, ""
+    onnx.checker.check_model(model, full_check=True)
+    Path(path).parent.mkdir(parents=True, exist_ok=True)
+    Path(path).write_bytes(model.SerializeToString())
+    return parity(net, kind, str(path))
+
+
+def parity(net, kind, path):
+    """The largest difference between torch and ONNX Runtime, for several sizes."""
+    worst = 0.0
+    for batch, objects in ((1, 1), (2, 3), (5, 10)):
+        feed = selftest.inputs(input_shapes(kind, batch, objects), 11 + batch)
+        if "outline" in feed:
+            # Sizes as they occur: bodies of some centimetres.
+            feed["outline"] = (feed["outline"] - 0.5) * 0.08
+            feed["centre"] = (feed["centre"] - 0.5) * 0.3
+            feed["push"] = feed["push"] * 0.1
+            if "guess" in feed:
+                feed["guess"] = feed["guess"] * 0.05
+        if "image" in feed:
+            feed["image"][:, 0] *= 0.05
+        with torch.no_grad():
+            wanted = net(*(torch.from_numpy(v) for v in feed.values()))
+        wanted = wanted if isinstance(wanted, tuple) else (wanted,)
+        got = run(path, feed)
+        for name, value in zip(nets.module(kind).OUTPUTS, wanted):
+            if got[name].shape != tuple(value.shape):
+                raise ValueError(f"{name} has shape {got[name].shape} in ONNX Runtime and {tuple(value.shape)} in torch")
+            worst = max(worst, float(np.abs(got[name] - value.numpy()).max()))
+    return worst
+
+
+def main():
+    p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    p.add_argument("checkpoint", type=Path)
+    p.add_argument("-o", "--output", type=Path, required=True)
+    p.add_argument("--metrics", type=Path, help="JSON of jostle_training.eval, for metadata and threshold")
+    p.add_argument("--version", default="1")
+    args = p.parse_args()
+    checkpoint = torch.load(args.checkpoint, weights_only=True)
+    metrics = json.loads(args.metrics.read_text()) if args.metrics else {}
+    difference = write(checkpoint, args.output, metrics, args.version)
+    print(json.dumps(dict(file=str(args.output), bytes=args.output.stat().st_size, largest_difference=difference)))
+    if difference > 1e-3:
+        sys.exit("torch and ONNX Runtime differ")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,281 @@
+"""What each kind of network learns: its data, its loss, and the figure by which it is judged while it trains."""
+
+import math
+
+import torch
+from torch.nn import functional
+
+from . import nets
+from .data import ANGLES, CELLS, Grasps, Pushes, TRAIN, VALIDATION, Values, mirrored, symmetric
+
+MILLIMETRE = 1e-3
+
+
+def outline_distance(outline, motion, truth):
+    """Mean distance, in metres, between the 32 points of each outline moved one way and the other: [B,N]."""
+    x, y = outline[..., 0], outline[..., 1]
+    a, b = motion[..., 2:], truth[..., 2:]
+    dc, ds = a.cos() - b.cos(), a.sin() - b.sin()
+    dx = dc * x - ds * y + motion[..., :1] - truth[..., :1]
+    dy = ds * x + dc * y + motion[..., 1:2] - truth[..., 1:2]
+    return (dx.square() + dy.square() + (0.3 * MILLIMETRE) ** 2).sqrt().mean(-1)
+
+
+class Task:
+    """`batches` yields training batches for ever, `loss` is what to minimise, `score` is validated (less is better)."""
+
+    autocast = False
+
+    def __init__(self, config, folder, limit=None, generator=None):
+        self.config, self.generator = config, generator or torch.Generator().manual_seed(config.get("seed", 1))
+        self.net = nets.build(config["kind"], config.get("profile", "fast"), **config.get("net", {}))
+        self.data = self.table(folder, limit)
+        self.batch_size = config.get("batch", 64)
+
+    def choose(self, rows, count):
+        return rows[torch.randint(len(rows), (count,), generator=self.generator)]
+
+    def refresh(self):
+        return self.data.refresh()
+
+
+class DipnTask(Task):
+    table = Pushes
+
+    def fit(self):
+        rows = self.data.rows[TRAIN][:20_000]
+        n = self.data.table["n"][rows]
+        body = self.data.table["body"][rows]
+        present = torch.arange(body.shape[1]) < n[:, None]
+        push = self.data.table["push"][rows][:, None].expand(-1, body.shape[1], -1)
+        self.net.fit(body[present], push[present])
+
+    def batches(self):
+        whole = self.config.get("whole", 0.15)
+        while True:
+            groups = self.data.groups(TRAIN)
+            weights = torch.tensor([len(r) for r in groups.values()], dtype=torch.float)
+            keys = list(groups)
+            for _ in range(200):
+                key = keys[int(torch.multinomial(weights, 1, generator=self.generator))]
+                rows = self.choose(groups[key], self.batch_size)
+                everything = torch.rand((), generator=self.generator) < whole
+                batch = self.data.batch(rows, None if everything else key)
+                sign = (torch.rand(len(rows), generator=self.generator) < 0.5).float() * 2 - 1
+                yield mirrored(batch, sign)
+
+    def loss(self, batch):
+        motion = self.net(*(batch[k] for k in nets.module("dipn").INPUTS))
+        error = outline_distance(batch["outline"], motion, batch["motion"]) / MILLIMETRE
+        return (error * batch["present"]).sum() / batch["present"].sum()
+
+    def score(self, net, rows_limit=2000):
+        """Mean outline distance in mm over the bodies that moved, of the network, the guess, and no motion."""
+        rows = self.data.rows[VALIDATION][:rows_limit]
+        sums = torch.zeros(4)
+        for part in rows.split(200):
+            batch = self.data.batch(part)
+            motion = net(*(batch[k] for k in nets.module("dipn").INPUTS))
+            moved = (batch["motion"].abs() > 1e-3).any(-1).float() * batch["present"]
+            for k, m in enumerate((motion, batch["guess"], torch.zeros_like(motion))):
+                sums[k] += (outline_distance(batch["outline"], m, batch["motion"]) * moved).sum() / MILLIMETRE
+            sums[3] += moved.sum()
+        net_mm, guess_mm, still_mm = (sums[:3] / sums[3].clamp(min=1)).tolist()
+        return net_mm, dict(moved_mm=net_mm, guess_mm=guess_mm, static_mm=still_mm)
+
+
+class PpnTask(Task):
+    """Soft targets: the value of each push, and which of a state's pushes is best."""
+
+    table = Values
+
+    def fit(self):
+        rows = self.data.rows[TRAIN][:500]
+        batch = self.data.batch(rows)
+        present = batch["present"] > 0
+        push = batch["push"][:, None].expand(-1, present.shape[1], -1)
+        self.net.fit(batch["body"][present], push[present])
+
+    def batches(self):
+        states = self.config.get("states", 8)
+        while True:
+            order = self.data.rows[TRAIN]
+            order = order[torch.randperm(len(order), generator=self.generator)]
+            order = order[self.data.table["n"][order].argsort()]
+            parts = [p for p in order.split(states) if len(p)]
+            for k in torch.randperm(len(parts), generator=self.generator).tolist():
+                batch = self.data.batch(parts[k])
+                sign = (torch.rand(len(batch["q"]), generator=self.generator) < 0.5).float() * 2 - 1
+                yield mirrored(batch, sign)
+
+    def loss(self, batch):
+        logit, _ = self.net.logit(*(batch[k] for k in nets.module("ppn").INPUTS))
+        q = batch["q"].clamp(0, 1)
+        # A push that was looked at once has an uncertain value.
+        weight = (batch["visits"] / (batch["visits"] + 5)).clamp(min=0.1)
+        value = (functional.binary_cross_entropy_with_logits(logit, q, reduction="none") * weight).mean()
+        # Which is best: cross-entropy of the softmax over each state's pushes with that of their labels.
+        count = int(batch["state"].max()) + 1
+        sharp = self.config.get("sharp", 15.0)
+        rank = 0.0
+        for s in range(count):
+            mine = batch["state"] == s
+            wanted = torch.softmax(q[mine] * sharp + weight[mine].log(), 0)
+            rank = rank - (wanted * torch.log_softmax(torch.sigmoid(logit[mine]) * sharp, 0)).sum()
+        return value + self.config.get("rank", 0.1) * rank / count
+
+    def score(self, net, rows_limit=400):
+        figures = ranking(net, self.data, self.data.rows[VALIDATION][:rows_limit])
+        return 1 - figures["top1_in_best3"], figures
+
+
+def ranking(net, data, states):
+    """How the network's order of the pushes agrees with the search's."""
+    hits, first, correlations, regrets = 0, 0, [], []
+    for part in states.split(16):
+        batch = data.batch(part)
+        value = net(*(batch[k] for k in nets.module("ppn").INPUTS))
+        for s in range(len(part)):
+            mine = batch["state"] == s
+            q, v = batch["q"][mine], value[mine]
+            best = int(v.argmax())
+            hits += int((q > q[best]).sum()) < 3
+            first += int(q[best] >= q.max())
+            regrets.append(float(q.max() - q[best]))
+            if q.max() > q.min():
+                correlations.append(spearman(q, v))
+    n = max(1, len(states))
+    return dict(states=len(states), top1_in_best3=hits / n, top1_is_best=first / n,
+                rank_correlation=sum(correlations) / max(1, len(correlations)), regret=sum(regrets) / n)
+
+
+def ranks(values):
+    """Ranks with ties averaged."""
+    _, inverse, counts = values.unique(return_inverse=True, return_counts=True)
+    ends = counts.cumsum(0).float()
+    return (ends - (counts.float() - 1) / 2)[inverse]
+
+
+def spearman(a, b):
+    a, b = ranks(a) - (len(a) + 1) / 2, ranks(b) - (len(b) + 1) / 2
+    return float((a * b).sum() / (a.norm() * b.norm()).clamp(min=1e-9))
+
+
+class ImageTask(Task):
+    table = Grasps
+    autocast = True
+
+    def fit(self):
+        pass
+
+    def maps(self, rows):
+        return self.data.maps(rows)
+
+    def batches(self):
+        while True:
+            rows = self.choose(self.data.rows[TRAIN], self.batch_size)
+            image, quality = self.data.images(rows), self.maps(rows)
+            parts = [symmetric(i, q, int(torch.randint(8, (), generator=self.generator)))
+                     for i, q in zip(image.chunk(8), quality.chunk(8))]
+            yield dict(image=torch.cat([p[0] for p in parts]), quality=torch.cat([p[1] for p in parts]),
+                       score=self.data.table["score"][rows])
+
+
+def along_pads():
+    """How far each cell lies from the image's centre along the pads, metres: [16,56,56]. They are at right angles to
+    the closing direction."""
+    at = (torch.arange(CELLS) + 0.5 - CELLS / 2) * 0.004
+    angle = torch.arange(ANGLES) * math.pi / ANGLES
+    return (at[None, None, :] * -angle.sin()[:, None, None] + at[None, :, None] * angle.cos()[:, None, None]).abs()
+
+
+class GcTask(ImageTask):
+    def __init__(self, config, *rest, **options):
+        super().__init__(config, *rest, **options)
+        self.least = config.get("least_score", 0.3)
+        self.reach = along_pads() <= config.get("offset_reach", 0.018)
+        self.mark()
+
+    def mark(self):
+        """Where in 8 mm cells a grasp of at least that score lies which the grasp test may find: [M,16,28,28]."""
+        t, half = self.data.table, CELLS // 2
+        good = (t["cell_score"] >= self.least) & self.reach.flatten()[t["cell"].long()]
+        row = torch.repeat_interleave(torch.arange(len(self.data)), t["count"])[good]
+        cell = t["cell"][good].long()
+        k, r, c = cell // CELLS**2, cell // CELLS % CELLS // 2, cell % CELLS // 2
+        self.coarse = torch.zeros(len(self.data), ANGLES, half, half, dtype=torch.uint8)
+        self.coarse[row, k, r, c] = 1
+
+    def refresh(self):
+        found = super().refresh()
+        if found:
+            self.mark()
+        return found
+
+    def maps(self, rows):
+        return self.coarse[rows]
+
+    def loss(self, batch):
+        with torch.autocast("cpu", torch.bfloat16, enabled=self.autocast):
+            logit, coarse = self.net.logits(batch["image"])
+        truth = (batch["score"] >= self.least).float()
+        # A score near the limit is hard to tell and matters less.
+        weight = ((batch["score"] - self.least).abs() / 0.05).clamp(0.3, 1)
+        loss = functional.binary_cross_entropy_with_logits(logit.float(), truth, weight)
+        if coarse is not None:
+            aux = functional.binary_cross_entropy_with_logits(coarse.float(), batch["quality"].float())
+            loss = loss + self.config.get("map", 20.0) * aux
+        return loss
+
+    def score(self, net, rows_limit=2000):
+        rows = self.data.rows[VALIDATION][:rows_limit]
+        probability = torch.cat([net(self.data.images(part)) for part in rows.split(100)])
+        truth = self.data.table["score"][rows] >= self.least
+        accuracy, threshold = best_threshold(probability, truth)
+        return 1 - accuracy, dict(accuracy=accuracy, threshold=threshold, positive=float(truth.float().mean()))
+
+
+def best_threshold(probability, truth):
+    accuracies = [(float(((probability >= t) == truth).float().mean()), t)
+                  for t in (torch.arange(20, 81) / 100).tolist()]
+    return max(accuracies, key=lambda a: (a[0], -abs(a[1] - 0.5)))
+
+
+class GnTask(ImageTask):
+    def loss(self, batch):
+        with torch.autocast("cpu", torch.bfloat16, enabled=self.autocast):
+            logit = self.net.logits(batch["image"])
+        wanted = batch["quality"]
+        near = self.net.near(batch["image"][:, 1:]) if hasattr(self.net, "near") else torch.ones_like(wanted[:, :1])
+        weight = (0.01 + near) * (1 + 3 * (wanted > 0))
+        loss = functional.binary_cross_entropy_with_logits(logit.float(), wanted, weight, reduction="sum")
+        return loss / weight.expand_as(wanted).sum()
+
+    def score(self, net, rows_limit=600):
+        figures = arg_max(net, self.data, self.data.rows[VALIDATION][:rows_limit])
+        return 1 - figures["valid"], figures
+
+
+def arg_max(net, data, rows, least=0.0):
+    """Where some cell holds a grasp: is the best predicted cell one of them, and how good is it."""
+    valid, states, got, best = 0, 0, 0.0, 0.0
+    for part in rows.split(50):
+        quality, wanted = net(data.images(part)).flatten(1), data.maps(part).flatten(1)
+        some = wanted.amax(1) > least
+        chosen = wanted.gather(1, quality.argmax(1, keepdim=True)).squeeze(1)
+        valid += int((chosen[some] > least).sum())
+        states += int(some.sum())
+        got += float(chosen[some].sum())
+        best += float(wanted.amax(1)[some].sum())
+    return dict(states=states, valid=valid / max(1, states), score_chosen=got / max(1, states),
+                score_best=best / max(1, states))
+
+
+TASKS = dict(dipn=DipnTask, ppn=PpnTask, gc=GcTask, gn=GnTask)
+
+
+def task(config, folder, limit=None):
+    kind = config["kind"]
+    if kind not in TASKS:
+        raise ValueError(f"{kind} has no training data format yet")
+    return TASKS[kind](config, folder, limit)
