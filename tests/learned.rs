@@ -74,7 +74,7 @@ impl MotionModel for CarriesAlong {
                 let [x, y] = batch.centre(item, body);
                 // The tip touches a square of 45 mm this far before its centre.
                 let reach = (length - (x - 0.0335)).clamp(0.0, length);
-                motions.push([if y.abs() < 0.02 && x > 0.0 { reach } else { 0.0 }, 0.0, 0.0]);
+                motions.push([if y.abs() < 0.02 && x > 0.0 { reach as f32 } else { 0.0 }, 0.0, 0.0]);
             }
         }
         Ok(())

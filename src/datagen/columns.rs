@@ -39,9 +39,9 @@ impl Bodies {
             scene: number,
             split,
         };
-        for i in 0..count {
+        for (i, &shape) in shapes.iter().enumerate().take(count) {
             let centre = centre_pose(&scene.body(i).footprint, &state.pose(i));
-            bodies.shape[i] = shapes[i];
+            bodies.shape[i] = shape;
             bodies.pose[i] = [centre.x as f32, centre.y as f32, centre.theta as f32];
             bodies.body[i] = body_row(scene, i);
         }

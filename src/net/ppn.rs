@@ -15,6 +15,7 @@ pub trait PushValue: Send + Sync {
 
     /// The value in [0, 1] of the best plan that begins with each push, for retrieving `target`. A requested stop leaves
     /// the rest at 0.
+    #[allow(clippy::too_many_arguments)]
     fn values(
         &self,
         scratch: &mut PushValueScratch,

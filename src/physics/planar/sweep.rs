@@ -132,7 +132,7 @@ impl Cursor {
     pub fn resume(&mut self, records: &mut [Record], most_sweeps: u32) {
         visit_all(records);
         (self.at, self.first, self.partial, self.solved) = (0, 0, 0, false);
-        (self.len, self.most_sweeps) = (records.len() as u32, self.sweeps + most_sweeps);
+        (self.len, self.most_sweeps) = (records.len() as u32, most_sweeps);
         (self.change, self.last_change, self.momentum, self.steady) = (0.0, f32::MAX, 0.0, 0);
     }
 

@@ -4,16 +4,17 @@ use std::path::{Path, PathBuf};
 
 use clap::error::ErrorKind;
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use jostle::eval::{Against, JudgeOptions};
-use jostle::grasp::check_scorer;
-use jostle::net::{Kind, LoadOptions, Model};
-use jostle::physics::{EngineInfo, PhysicsOptions, Purpose};
-use jostle::plan::{PlannerOptions, Variant};
-use jostle::run::Budget;
-use jostle::scene::Gripper;
+use jostle::eval::Against;
+use jostle::physics::PhysicsOptions;
 use jostle::scene::arc::ArcProfile;
 
 use crate::output::{Failure, Outcome};
+
+mod datagen;
+mod planner;
+
+pub use datagen::*;
+pub use planner::*;
 
 /// Plans for robots that push and grasp in clutter.
 #[derive(Debug, Parser)]
@@ -52,119 +53,7 @@ pub enum Command {
 }
 
 #[derive(Debug, Subcommand)]
-pub enum DatagenCommand {
-    /// Pushes in packed and loose scenes, and the motion of every body
-    Push(DatagenPushArgs),
-    /// States and the value of every push, by a search
-    Ppn(DatagenPpnArgs),
-    /// Targets, their best grasp, and the score of every grasp on a grid
-    Grasp(DatagenGraspArgs),
-    /// Label images of whole scenes
-    Segment(DatagenSegmentArgs),
-}
-
-/// Where training data goes, and what it depends on whatever its kind.
-#[derive(Debug, Clone, Args)]
-pub struct DatagenArgs {
-    /// The folder; made if it does not exist. Whole shards of the same data are kept
-    #[arg(value_name = "FOLDER")]
-    pub folder: PathBuf,
-    /// Rows in all; more than an earlier run asked for completes its folder
-    #[arg(long, short = 'n', default_value_t = 16384, value_name = "N")]
-    pub count: usize,
-    /// Rows of a shard
-    #[arg(long, default_value_t = 16384, value_name = "N")]
-    pub shard: usize,
-    /// Seed of everything random but the shapes
-    #[arg(long, default_value_t = 0, value_name = "N")]
-    pub seed: u64,
-    /// Worker threads; they change nothing but the time [default: one for each core]
-    #[arg(long, value_name = "N")]
-    pub threads: Option<usize>,
-    /// Least and greatest number of bodies, as in 5..9 (both included), at most 12 [default: the kind's]
-    #[arg(long, value_name = "A..B", value_parser = parse_range)]
-    pub bodies: Option<(usize, usize)>,
-    /// Shapes of the family: the seven blocks and drawn ones; a tenth of those drawn is for validation, a tenth for tests
-    #[arg(long, default_value_t = 4096, value_name = "N")]
-    pub shapes: usize,
-    /// Seed of the family
-    #[arg(long, default_value_t = 1, value_name = "N")]
-    pub shape_seed: u64,
-    #[command(flatten)]
-    pub json: JsonArgs,
-}
-
-#[derive(Debug, Args)]
-pub struct DatagenPpnArgs {
-    #[command(flatten)]
-    pub data: DatagenArgs,
-    /// Scenes: the generator's packed blocks, or the mixture that pushes are made in
-    #[arg(long, value_enum, default_value = "generated")]
-    pub from: FromArg,
-    /// Iterations of a search
-    #[arg(long, default_value_t = 300, value_name = "N")]
-    pub iterations: u64,
-    /// Push sampler
-    #[arg(long, default_value = "more", value_name = "NAME")]
-    pub sampler: String,
-    /// States of a scene, each led to by a push from the one before
-    #[arg(long, default_value_t = 2, value_name = "N")]
-    pub states: usize,
-}
-
-/// Scenes of training data.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum FromArg {
-    /// Packed blocks of the library; a tenth of the scenes is for validation, a tenth for tests
-    Generated,
-    /// Blocks and drawn shapes, packed and loose; the splits share no shape
-    Mixed,
-}
-
-#[derive(Debug, Args)]
-pub struct DatagenGraspArgs {
-    #[command(flatten)]
-    pub data: DatagenArgs,
-    /// States of a scene, each led to by a push from the one before
-    #[arg(long, default_value_t = 3, value_name = "N")]
-    pub states: usize,
-    /// Targets of a state
-    #[arg(long, default_value_t = 2, value_name = "N")]
-    pub targets: usize,
-    /// What the labels come from: geometric, or an engine that tries out a share of the best grasps as well: bullet or
-    /// bullet:PRESET
-    #[arg(long, default_value = "geometric", value_name = "SOURCE")]
-    pub label: String,
-    /// Share of the best grasps that the engine tries out
-    #[arg(long, default_value_t = 0.1, value_name = "SHARE", allow_negative_numbers = true)]
-    pub trial_share: f64,
-}
-
-#[derive(Debug, Args)]
-pub struct DatagenSegmentArgs {
-    #[command(flatten)]
-    pub data: DatagenArgs,
-    /// States of a scene, each led to by a push from the one before
-    #[arg(long, default_value_t = 2, value_name = "N")]
-    pub states: usize,
-}
-
-#[derive(Debug, Args)]
-pub struct DatagenPushArgs {
-    #[command(flatten)]
-    pub data: DatagenArgs,
-    /// Engine that executes the pushes: ENGINE or ENGINE:PRESET
-    #[arg(long, default_value = "prism:fine", value_name = "ENGINE[:PRESET]")]
-    pub physics: String,
-    /// Pushes from each state
-    #[arg(long, default_value_t = 8, value_name = "N")]
-    pub pushes: usize,
-    /// States of a scene, each led to by a push from the one before
-    #[arg(long, default_value_t = 3, value_name = "N")]
-    pub states: usize,
-}
-
-#[derive(Debug, Subcommand)]
+#[allow(clippy::large_enum_variant)] // One of them exists in a run.
 pub enum BenchCommand {
     /// Pushes a second of every preset, on one thread and on two
     Push(BenchPushArgs),
@@ -215,176 +104,6 @@ pub struct BenchNetArgs {
     pub runtime: Option<PathBuf>,
     #[command(flatten)]
     pub json: JsonArgs,
-}
-
-/// How a planner is set up.
-#[derive(Debug, Clone, Args)]
-pub struct PlannerArgs {
-    /// The planner: hedge (fewest actions on average), pmbs (parallel waves), mcts (serial), more (guided by ppn), ppn (that
-    /// network alone), vft (foresight by dipn), dipn (one push ahead); for rearrangements untangle, pmmr or hbfs; to clear a
-    /// table greedy, or a baseline: random_push or grasp_only
-    #[arg(long, default_value = "hedge", value_name = "NAME")]
-    pub planner: String,
-    #[command(flatten)]
-    pub physics: PhysicsArgs,
-    /// Engine in which the plan found and its best rivals are tried before the decision: none, ENGINE or ENGINE:PRESET
-    /// [default: the planner's own choice]
-    #[arg(long, value_name = "ENGINE[:PRESET]")]
-    pub confirm: Option<String>,
-    /// What says how good a state is: geometric, or the networks gc or gn, with SCORER:FILE a network of one's own
-    /// [default: the planner's own]
-    #[arg(long, value_name = "SCORER[:FILE]")]
-    pub scorer: Option<String>,
-    /// What values pushes before they are tried: ppn, ppn:FILE, or none [default: the planner's own]
-    #[arg(long, value_name = "PRIOR[:FILE]")]
-    pub prior: Option<String>,
-    /// A gripper to take the place of the scene's: robotiq_2f85 or dissertation_mask
-    #[arg(long, value_name = "NAME")]
-    pub gripper: Option<String>,
-    /// Wall-clock seconds of a decision [default: the planner's published budget]
-    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
-    pub seconds: Option<f64>,
-    /// Search iterations of a decision; a budget of iterations alone makes plans reproducible
-    #[arg(long, value_name = "N")]
-    pub iterations: Option<u64>,
-    /// Seed of everything random
-    #[arg(long, default_value_t = 0, value_name = "N")]
-    pub seed: u64,
-    /// Worker threads; they never change the plan of an iteration budget [default: one for each core]
-    #[arg(long, value_name = "N")]
-    pub threads: Option<usize>,
-    /// Logical lanes of the parallel search; they do change plans [default: the planner's own]
-    #[arg(long, value_name = "N")]
-    pub lanes: Option<usize>,
-    /// Form of the planner: tuned, or as the dissertation's text or its published code has it
-    #[arg(long, value_name = "VARIANT", default_value = "tuned", value_parser = ["tuned", "dissertation", "code"])]
-    pub variant: String,
-    /// Push sampler [default: the planner's own]
-    #[arg(long, value_name = "NAME")]
-    pub sampler: Option<String>,
-    /// Travel of a push in metres [default: by the profile of an original test case, else the sampler's own]
-    #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
-    pub push_length: Option<f64>,
-    /// Greatest number of pushes in a plan [default: the planner's own]
-    #[arg(long, value_name = "N")]
-    pub max_depth: Option<u32>,
-}
-
-/// The engine of the planner's model.
-#[derive(Debug, Clone, Args)]
-pub struct PhysicsArgs {
-    /// Engine that predicts pushes: rapier, planar, prism, bullet or dipn [default: the planner's own; rapier to compare]
-    #[arg(long, value_name = "ENGINE")]
-    pub physics: Option<String>,
-    /// Preset of the engine, such as fast or fine; for dipn a network's file or name [default: the one that suits planning]
-    #[arg(long, value_name = "NAME")]
-    pub preset: Option<String>,
-}
-
-impl PhysicsArgs {
-    /// The engine on its own, outside of a planner.
-    pub fn options(&self) -> Outcome<PhysicsOptions> {
-        let engine = self.physics.as_deref().unwrap_or("rapier");
-        Ok(PhysicsOptions::named(engine, self.preset.as_deref(), Purpose::Planning)?)
-    }
-
-    /// The same with the preset that suits judging where none is named.
-    pub fn judging(&self) -> Outcome<PhysicsOptions> {
-        let engine = self.physics.as_deref().unwrap_or("rapier");
-        Ok(PhysicsOptions::named(engine, self.preset.as_deref(), Purpose::Judging)?)
-    }
-}
-
-impl PlannerArgs {
-    pub fn options(&self) -> Outcome<PlannerOptions> {
-        let mut options = PlannerOptions {
-            planner: self.planner.clone(),
-            sampler: self.sampler.clone(),
-            push_length: self.push_length,
-            budget: Budget { iterations: self.iterations, seconds: self.seconds, bytes: None },
-            seed: self.seed,
-            threads: self.threads.unwrap_or_else(cores),
-            variant: match self.variant.as_str() {
-                "dissertation" => Variant::Dissertation,
-                "code" => Variant::Code,
-                _ => Variant::Tuned,
-            },
-            lanes: self.lanes,
-            max_depth: self.max_depth,
-            ..PlannerOptions::default()
-        };
-        options.set_physics(self.physics.physics.as_deref(), self.physics.preset.as_deref())?;
-        options.set_confirm(self.confirm.as_deref())?;
-        if let Some(scorer) = &self.scorer {
-            let (name, file) = name_and_file(scorer);
-            check_scorer(name)?;
-            options.scorer = Some(name.into());
-            options.scorer_model = file.map(|file| network("scorer", name, file)).transpose()?;
-        }
-        if let Some(prior) = &self.prior {
-            let (name, file) = name_and_file(prior);
-            options.prior = Some(name.into());
-            options.prior_model = file.map(|file| network("prior", name, file)).transpose()?;
-        }
-        options.validate()?;
-        Ok(options)
-    }
-
-    pub fn gripper(&self) -> Outcome<Option<Gripper>> {
-        Ok(self.gripper.as_deref().map(Gripper::by_name).transpose()?)
-    }
-}
-
-fn name_and_file(text: &str) -> (&str, Option<&str>) {
-    text.split_once(':').map_or((text, None), |(name, file)| (name, Some(file)))
-}
-
-/// A network of one's own for a part of a planner that is named as its kind.
-fn network(part: &str, name: &str, file: &str) -> Outcome<Model> {
-    let kind = Kind::by_name(name).map_err(|_| Failure::usage(&format!("{part}: `{name}` has no network")))?;
-    Ok(Model::open(file, Some(kind), &LoadOptions::default())?)
-}
-
-pub fn cores() -> usize {
-    std::thread::available_parallelism().map_or(1, usize::from)
-}
-
-/// The world that a planner is judged in.
-#[derive(Debug, Clone, Args)]
-pub struct JudgeArgs {
-    /// Engine of the judge: ENGINE, ENGINE:PRESET, or a preset of rapier [default: bullet where it is built, else
-    /// rapier:fine]
-    #[arg(long, value_name = "ENGINE[:PRESET]")]
-    pub judge: Option<String>,
-    /// Every friction is scaled by up to this share up or down, drawn anew for each trial
-    #[arg(long, default_value_t = 0.2, value_name = "SHARE", allow_negative_numbers = true)]
-    pub friction_spread: f64,
-    /// Standard deviation of observed positions in millimetres
-    #[arg(long, default_value_t = 1.0, value_name = "MM", allow_negative_numbers = true)]
-    pub noise_mm: f64,
-    /// Standard deviation of observed headings in degrees
-    #[arg(long, default_value_t = 1.0, value_name = "DEG", allow_negative_numbers = true)]
-    pub noise_deg: f64,
-}
-
-/// The engine named for judging, or bullet where this build has it.
-fn judging_engine(name: Option<&str>) -> Outcome<PhysicsOptions> {
-    let usual = EngineInfo::available().find(|e| e.id == "bullet").map_or("rapier", |e| e.id);
-    Ok(PhysicsOptions::parse(name.unwrap_or(usual), Purpose::Judging).map_err(|e| e.within("judge"))?)
-}
-
-impl JudgeArgs {
-    pub fn options(&self, seed: u64) -> Outcome<JudgeOptions> {
-        let options = JudgeOptions {
-            physics: judging_engine(self.judge.as_deref())?,
-            friction_spread: self.friction_spread,
-            noise_position_m: self.noise_mm * 1e-3,
-            noise_rotation_rad: self.noise_deg.to_radians(),
-            seed,
-        };
-        options.validate()?;
-        Ok(options)
-    }
 }
 
 /// Where a report goes.
@@ -686,7 +405,7 @@ pub struct ExecutingArgs {
 
 impl ExecutingArgs {
     pub fn physics(&self) -> Outcome<PhysicsOptions> {
-        judging_engine(self.judge.as_deref())
+        planner::judging_engine(self.judge.as_deref())
     }
 }
 
