@@ -460,8 +460,9 @@ typedef struct jostle_planner_options {
   /// Worker threads; 0 runs everything on the caller. Never changes a plan made within a limit of iterations.
   /// JOSTLE_THREADS_OF_CONTEXT by default.
   uint32_t threads;
-  /// "hedge", "pmbs" or "mcts" to retrieve a target, "untangle", "pmmr" or "hbfs" to bring bodies to the scene's goals; null
-  /// (the default) for "hedge". The options on pushes, grasps and engines are for retrieval only.
+  /// "hedge", "pmbs", "mcts", "more", "ppn", "vft" or "dipn" to retrieve a target, "untangle", "pmmr" or "hbfs" to bring
+  /// bodies to the scene's goals, "greedy" (or a baseline, "random_push" or "grasp_only") to take everything off the table;
+  /// null (the default) for "hedge". The options on pushes, grasps and engines are not for rearrangements.
   const char *planner;
   /// Engine that predicts what a push does: "rapier", "planar", "prism", "bullet" or the network "dipn"; null (the
   /// default) for the planner's own.
@@ -498,13 +499,17 @@ typedef struct jostle_planner_options {
   /// for the planner's own choice.
   const char *confirm;
   /// What says how good a state is: "geometric", or the networks "gc" (graspable or not) or "gn" (grasp map); null (the
-  /// default) for "geometric".
+  /// default) for the planner's own.
   const char *scorer;
   /// The scorer's network; null (the default) for the built-in one. The planner keeps it.
   const struct jostle_model *scorer_model;
   /// The network of the engine "dipn"; null (the default) for the one that `preset` names: a built-in network or a file.
   /// The planner keeps it.
   const struct jostle_model *engine_model;
+  /// What values pushes before they are tried: "ppn", a network, or "none"; null (the default) for the planner's own.
+  const char *prior;
+  /// The network that values pushes; null (the default) for the built-in one. The planner keeps it.
+  const struct jostle_model *prior_model;
 } jostle_planner_options;
 
 /// Told how far a decision is; a value other than 0 cancels it. It is called on the thread that decides (the caller's
