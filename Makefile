@@ -45,7 +45,7 @@ MINUTES ?= 30
 COUNT   ?= 100000
 MODELS  ?= dipn gc gn ppn
 
-.PHONY: help setup setup-test build demo test build-tests test-rust test-headers test-consumer lint format bench \
+.PHONY: help setup setup-test build demo test build-tests test-rust test-headers test-consumer test-tract lint format bench \
         models test-training install uninstall clean
 
 help: ## list the targets
@@ -95,6 +95,9 @@ test-headers: ## each header on its own and the README's program, as strict C11 
 
 test-consumer: build ## programs outside of the repository build against the installed library
 	tests/consumer/run.sh
+
+test-tract: setup-test ## every network of the repository on the embedded backend and on ONNX Runtime (a long build)
+	$(CARGO) test --release --features tract --test tract
 
 lint:
 	$(CARGO) clippy $(PROFILE) --all-targets -- -D warnings

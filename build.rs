@@ -15,6 +15,7 @@ fn main() {
 
     #[cfg(feature = "bullet")]
     bullet();
+    models();
 
     let compiler = env::var("RUSTC").unwrap_or_else(|_| "rustc".into());
     let version = Command::new(compiler).arg("--version").output();
@@ -54,4 +55,55 @@ fn bullet() {
         build.file(folder.join(file).with_extension("cpp"));
     }
     build.compile("jostle_bullet");
+}
+
+/// Writes the table of the built-in networks (`models/MODELS.toml`) for `src/net/builtin.rs`. Without the feature
+/// `models`, and where nothing is listed, it is empty.
+fn models() {
+    let folder = std::path::Path::new("models");
+    let list = folder.join("MODELS.toml");
+    println!("cargo::rerun-if-changed={}", list.display());
+    let text = match std::fs::read_to_string(&list) {
+        Ok(text) if env::var_os("CARGO_FEATURE_MODELS").is_some() => text,
+        _ => String::new(),
+    };
+    let text: String =
+        text.lines().filter(|line| !line.trim_start().starts_with('#')).map(|l| format!("{l}\n")).collect();
+    let mut table = String::from("&[\n");
+    let mut trained = false;
+    for entry in text.split("[[model]]").skip(1) {
+        // Its own keys end where a table within it begins.
+        let own = entry.lines().map(str::trim).take_while(|line| !line.starts_with('['));
+        let pairs: Vec<(&str, &str)> =
+            own.filter_map(|line| line.split_once('=')).map(|(key, value)| (key.trim(), value.trim())).collect();
+        let get = |key: &str| {
+            let found = pairs.iter().find(|(k, _)| *k == key).and_then(|(_, v)| v.strip_prefix('"')?.split('"').next());
+            found.map(str::to_string)
+        };
+        let (Some(name), Some(kind), Some(file), Some(sha256)) = (get("name"), get("kind"), get("file"), get("sha256"))
+        else {
+            println!("cargo::error={}: a [[model]] needs name, kind, file and sha256 as texts", list.display());
+            return;
+        };
+        let path = folder.join(&file);
+        println!("cargo::rerun-if-changed={}", path.display());
+        if !path.is_file() {
+            println!("cargo::error={}: `{name}` names {file}, which is not in models/", list.display());
+            return;
+        }
+        let Ok(path) = path.canonicalize() else { continue };
+        trained |= kind == "dipn";
+        table += &format!(
+            "    Builtin {{ name: {name:?}, kind: {kind:?}, sha256: {sha256:?}, bytes: include_bytes!({path:?}) }},\n"
+        );
+    }
+    table += "]\n";
+    println!("cargo::rustc-check-cfg=cfg(jostle_dipn)");
+    if trained {
+        println!("cargo::rustc-cfg=jostle_dipn");
+    }
+    let out = std::path::PathBuf::from(env::var_os("OUT_DIR").unwrap_or_default()).join("builtin.rs");
+    if let Err(error) = std::fs::write(&out, table) {
+        println!("cargo::error={}: {error}", out.display());
+    }
 }

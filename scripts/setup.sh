@@ -3,7 +3,8 @@
 # first, and does and prints nothing when all is there.
 #
 #   scripts/setup.sh              C compiler, make
-#   scripts/setup.sh --test       also C++ compiler, pkg-config, cmake, Bullet; says which optional tools are missing
+#   scripts/setup.sh --test       also C++ compiler, pkg-config, cmake, Bullet, ONNX Runtime (into third_party/, to run
+#                                 networks); says which optional tools are missing
 #   scripts/setup.sh --optional   also installs the optional tools: valgrind, abigail-tools, libclang
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -14,7 +15,7 @@ for argument in "$@"; do
     case $argument in
         --test) with_tests=yes ;;
         --optional) with_tests=yes with_optional=yes ;;
-        -h | --help) sed -n '2,8s/^# \{0,1\}//p' "$0"; exit 0 ;;
+        -h | --help) sed -n '2,9s/^# \{0,1\}//p' "$0"; exit 0 ;;
         *) echo "setup: unknown option $argument; see --help" >&2; exit 2 ;;
     esac
 done
@@ -86,6 +87,36 @@ if [[ $with_tests == yes && $with_optional == no ]]; then
     if ((${#missing[@]} > 0)); then
         say "optional, missing: ${missing[*]}; the checks that need them are skipped (scripts/setup.sh --optional)"
     fi
+fi
+
+# --- ONNX Runtime ---------------------------------------------------------------------------------------------------
+
+# The library alone, out of the Python package: no Python is needed to use it. Any other ONNX Runtime from 1.24 on does as
+# well (docs/networks.md).
+ONNXRUNTIME=1.32.0
+fetch_onnxruntime() {
+    local folder=third_party/onnxruntime/lib work
+    has python3 && python3 -m pip --version >/dev/null 2>&1 || return 1
+    work=$(mktemp -d)
+    if python3 -m pip download --quiet --disable-pip-version-check --no-deps --only-binary=:all: --python-version 3.11 \
+        --dest "$work" "onnxruntime==$ONNXRUNTIME" </dev/null >/dev/null 2>&1 &&
+        python3 -m zipfile -e "$work"/onnxruntime-*.whl "$work/wheel" 2>/dev/null; then
+        mkdir -p "$folder"
+        cp "$work"/wheel/onnxruntime/LICENSE "$folder/.." 2>/dev/null || true
+        cp "$work/wheel/onnxruntime/capi/libonnxruntime.so.$ONNXRUNTIME" "$folder"
+        ln -sf "libonnxruntime.so.$ONNXRUNTIME" "$folder/libonnxruntime.so.1"
+    fi
+    rm -rf "$work"
+    [[ -e $folder/libonnxruntime.so.1 ]]
+}
+has_onnxruntime() {
+    [[ -n ${ORT_DYLIB_PATH:-} || -e third_party/onnxruntime/lib/libonnxruntime.so.1 ]] ||
+        PATH=$PATH:/sbin ldconfig -p 2>/dev/null | grep -q 'libonnxruntime\.so\.1'
+}
+if [[ $with_tests == yes ]] && ! has_onnxruntime; then
+    say "fetching ONNX Runtime $ONNXRUNTIME"
+    fetch_onnxruntime || say "ONNX Runtime could not be fetched (it needs python3 with pip, and the network); the tests that \
+run networks are skipped. docs/networks.md says how to get it otherwise."
 fi
 
 # --- Rust -------------------------------------------------------------------------------------------------------

@@ -27,12 +27,50 @@ pub enum Error {
     /// A file was read but does not say what it should.
     #[error("{}: {reason}", path.display())]
     Format { path: PathBuf, reason: String },
+    /// A network's file was refused by a check, or the network gave what no network of its kind may give.
+    #[error("{}: {fault}: expected {expected}; found {found}", path.display())]
+    Model { path: PathBuf, fault: ModelFault, expected: String, found: String },
+    /// Nothing that runs networks was found, or it cannot be used; the message says what was tried and how to get it.
+    #[error("{0}")]
+    Runtime(String),
     /// The memory budget does not suffice.
     #[error("{0}")]
     Memory(String),
     /// A defect of the library itself, caught before it reached the host.
     #[error("internal error: {0}")]
     Internal(String),
+}
+
+/// What is wrong with a network, in the order in which it is checked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
+#[non_exhaustive]
+pub enum ModelFault {
+    #[error("there is no such file")]
+    Missing,
+    #[error("the file is empty")]
+    Empty,
+    #[error("the file is too big")]
+    TooBig,
+    #[error("the file is a Git LFS pointer, not the network itself")]
+    LfsPointer,
+    #[error("the file is no ONNX model, or is cut off")]
+    NotOnnx,
+    #[error("the runtime refuses the network")]
+    Session,
+    #[error("the SHA-256 differs")]
+    Hash,
+    #[error("the network is of another kind")]
+    Kind,
+    #[error("the network has another interface")]
+    Interface,
+    #[error("an input or output differs")]
+    Tensors,
+    #[error("the network was made for another configuration")]
+    Spec,
+    #[error("the self-test failed")]
+    SelfTest,
+    #[error("running the network failed")]
+    Run,
 }
 
 /// The library's result type.
@@ -57,6 +95,16 @@ impl Error {
     /// A file that does not say what it should.
     pub fn format(path: impl Into<PathBuf>, reason: impl std::fmt::Display) -> Self {
         Error::Format { path: path.into(), reason: reason.to_string() }
+    }
+
+    /// A network that a check refuses.
+    pub fn model(
+        path: impl Into<PathBuf>,
+        fault: ModelFault,
+        expected: impl std::fmt::Display,
+        found: impl std::fmt::Display,
+    ) -> Self {
+        Error::Model { path: path.into(), fault, expected: expected.to_string(), found: found.to_string() }
     }
 
     /// Puts `prefix` before the field, so that a nested check names the whole path.

@@ -1,12 +1,14 @@
 //! jostle: planning for robots that work in clutter.
 //!
 //! The map, in dependency order (`ARCHITECTURE.md` explains it; a test holds the code to it):
-//! `error` <- `geom` <- `scene` <- `action` <- {`physics`, `grasp`, `motion`} <- `plan` <- {`eval`, `record`} <- `ffi`.
+//! `error` <- `geom` <- `scene` <- `action` <- `vision` <- {`physics`, `grasp`, `motion`} <- `plan` <- {`eval`, `record`}
+//! <- {`datagen`, `ffi`}.
 //! `search` and `run` stand aside: they know only `error`.
 
 #![deny(unsafe_code)]
 
 pub mod action;
+pub mod datagen;
 pub mod error;
 pub mod eval;
 #[allow(unsafe_code)]
@@ -14,12 +16,14 @@ pub mod ffi;
 pub mod geom;
 pub mod grasp;
 pub mod motion;
+pub mod net;
 pub mod physics;
 pub mod plan;
 pub mod record;
 pub mod run;
 pub mod scene;
 pub mod search;
+pub mod vision;
 
 pub use error::{Error, Result};
 

@@ -23,8 +23,8 @@ fn golden(name: &str, now: &str) {
 /// Lines `struct size alignment` and `  field offset size`.
 fn rust_layout() -> String {
     use jostle::ffi::{
-        abi::*, action::*, body::*, context::*, goal::*, log::*, options::*, plan::*, planner::*, progress::*,
-        simulator::*,
+        abi::*, action::*, body::*, camera::*, context::*, goal::*, image::*, log::*, model::*, options::*, plan::*,
+        planner::*, progress::*, simulator::*,
     };
     let mut text = String::new();
     fn size_of_field<S, F>(_: fn(&S) -> &F) -> usize {
@@ -55,13 +55,19 @@ fn rust_layout() -> String {
         jostle_gripper { struct_size, reserved, push_width, push_thickness, push_clearance, opening, finger_width, finger_thickness, finger_clearance, fit, pad_edge, min_cover, max_wedge },
         jostle_workspace { struct_size, leave_rule, min, max, leave_scope, reserved },
         jostle_goal { struct_size, symmetry, pose, position_tolerance, rotation_tolerance },
+        jostle_image_frame { pose, pixel, rows, cols },
+        jostle_pixel_map { origin, column, row },
+        jostle_camera_image { struct_size, reserved, rows, cols, labels, label_stride, masks, mask_count, mask_stride, mask_plane_stride, heights, height_stride, map },
+        jostle_image_options { struct_size, at_border, tolerance, min_area, height_quantile, height, mass, friction, greatest_cost, discs, reserved },
+        jostle_seen_body { body, pose, label, seen, deviation, hole_pixels, dropped_pixels },
         jostle_progress { struct_size, solution_actions, iterations, nodes, simulations, best_value, elapsed_seconds },
-        jostle_planner_options { struct_size, threads, planner, engine, preset, sampler, seed, max_iterations, max_seconds, max_bytes, push_length, execute_score, solved_score, lanes, max_depth, variant, reserved, confirm },
+        jostle_model_options { struct_size, device, threads, self_test, runtime, backend, gripper, sha256, tolerate, reserved },
+        jostle_planner_options { struct_size, threads, planner, engine, preset, sampler, seed, max_iterations, max_seconds, max_bytes, push_length, execute_score, solved_score, lanes, max_depth, variant, reserved, confirm, scorer, scorer_model, engine_model },
         jostle_solve_options { struct_size, reserved, cancel, progress, user, progress_seconds },
         jostle_push { start, end },
         jostle_action { kind, reserved, body, push, grasp },
         jostle_ranked_action { action, value, best_return, visits, prior, solution_actions, reserved },
-        jostle_plan_statistics { struct_size, no_plan_within, iterations, nodes, simulations, seed, seconds, domain_seconds, search_seconds, grasp_score, plans_tried, plans_confirmed, confirm_simulations, confirm_seconds },
+        jostle_plan_statistics { struct_size, no_plan_within, iterations, nodes, simulations, seed, seconds, domain_seconds, search_seconds, grasp_score, plans_tried, plans_confirmed, confirm_simulations, confirm_seconds, proved_shortest, worlds, success_chance, expected_actions },
         jostle_simulator_options { struct_size, reserved, engine, preset, seed, friction_spread, position_noise, angle_noise },
     }
     text

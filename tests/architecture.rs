@@ -15,15 +15,24 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("geom", &["error"]),
     ("scene", &["error", "geom", "run"]),
     ("action", &["error", "geom", "scene", "run"]),
-    ("physics", &["error", "geom", "scene", "action", "run"]),
-    ("grasp", &["error", "geom", "scene", "action", "run"]),
+    ("vision", &["error", "geom", "scene", "action", "run"]),
+    ("net", &["error", "geom", "scene", "action", "vision", "run"]),
+    ("physics", &["error", "geom", "scene", "action", "net", "run"]),
+    ("grasp", &["error", "geom", "scene", "action", "vision", "net", "run"]),
     ("motion", &["error", "geom", "scene", "run"]),
-    ("plan", &["error", "geom", "scene", "action", "physics", "grasp", "motion", "search", "run"]),
+    ("plan", &["error", "geom", "scene", "action", "net", "physics", "grasp", "motion", "search", "run"]),
     ("record", &["error", "geom", "scene", "action", "plan"]),
     ("eval", &["error", "geom", "scene", "action", "physics", "grasp", "motion", "search", "run", "plan"]),
     (
+        "datagen",
+        &["error", "geom", "scene", "action", "vision", "physics", "grasp", "motion", "search", "run", "plan", "eval"],
+    ),
+    (
         "ffi",
-        &["error", "geom", "scene", "action", "physics", "grasp", "motion", "search", "run", "plan", "eval", "record"],
+        &[
+            "error", "geom", "scene", "action", "vision", "net", "physics", "grasp", "motion", "search", "run", "plan",
+            "eval", "record",
+        ],
     ),
 ];
 

@@ -134,7 +134,7 @@ fn a_run_reports_every_named_number() {
         assert!(total.pointer(path).is_some_and(Value::is_number), "{path}: {total}");
     }
     let configuration = &report["configuration"];
-    assert_eq!(configuration["planner"], "pmbs");
+    assert_eq!(configuration["planner"], "hedge");
     assert_eq!(configuration["gripper"], "robotiq_2f85");
     assert_eq!((&configuration["seed"], &configuration["trials"]), (&3.into(), &2.into()));
     assert_eq!(configuration["budget"]["iterations"], 20);
@@ -225,7 +225,7 @@ fn mistakes_end_with_status_2_and_one_line() {
         (&["plan"], "error: the following required arguments were not provided: <SCENE>; see --help"),
         (&["plan", "no such.json"], "no such.json: "),
         (&["plan", &broken], "line 2"),
-        (&["plan", &scene, "--planner", "best"], "planner: no planner is named `best`; known: pmbs, mcts"),
+        (&["plan", &scene, "--planner", "best"], "planner: no planner is named `best`; known: hedge, pmbs, mcts"),
         (&["plan", &scene, "--physics", "box"], "physics.engine: no engine is named `box`"),
         (&["plan", &scene, "--preset", "finest"], "physics.preset: planar has no preset `finest`"),
         (&["plan", &scene, "--gripper", "hand"], "gripper: no gripper is named `hand`"),
@@ -393,6 +393,72 @@ fn the_suite_of_rearrangements_is_the_folder_of_its_files() {
 }
 
 #[test]
+fn a_table_is_cleared_drawn_run_and_generated_again() {
+    let folder = Folder::new();
+    let made =
+        json(&["generate", "clear", &folder.path("made"), "--kind", "packed", "-n", "1", "--seed", "3", "--json"]);
+    let scene = made["files"][0].as_str().unwrap().to_owned();
+    let again =
+        json(&["generate", "clear", &folder.path("again"), "--kind", "packed", "-n", "1", "--seed", "3", "--json"]);
+    let read = |path: &str| std::fs::read_to_string(path).unwrap();
+    assert_eq!(read(&scene), read(again["files"][0].as_str().unwrap()));
+    assert!(read(&scene).contains("\"clear\": true"), "{}", read(&scene));
+
+    let (picture, plan_file) = (folder.path("plan.svg"), folder.path("plan.json"));
+    let text = stdout(&["plan", &scene, "--threads", "0", "--svg", &picture, "--json", &plan_file]);
+    assert!(text.contains("to be taken off the table") && text.contains("search  greedy, seed 0"), "{text}");
+    assert!(read(&picture).starts_with("<svg "));
+    let (drawn, table) = (folder.path("drawn.svg"), folder.path("table.svg"));
+    stdout(&["render", &plan_file, "-o", &drawn]);
+    assert_eq!(read(&drawn), read(&picture), "a written plan is drawn as the plan itself");
+    stdout(&["render", &scene, "-o", &table]);
+    assert!(read(&table).starts_with("<svg "));
+
+    let run = |planner: &str| {
+        json(&["run", &scene, "--planner", planner, "--judge", "fast", "--trials", "1", "--threads", "1", "--json"])
+    };
+    let report = run("greedy");
+    for field in ["completion", "nothing_left", "grasp_success", "efficiency", "actions", "taken", "runs"] {
+        assert!(report["total"][field].is_number(), "{field}: {}", report["total"]);
+    }
+    assert_eq!(report["cases"][0]["trials"][0]["actions"], report["total"]["actions"]);
+    assert_eq!(
+        (&report["confirm"]["engine"], &report["judge"]["physics"]["engine"]),
+        (&"prism".into(), &"rapier".into())
+    );
+    assert_eq!(run("grasp_only")["total"]["pushes"], 0);
+    let error = failure(2, &["run", &scene, "--planner", "oracle"]);
+    assert!(error.contains("no planner of clearings is named `oracle`"), "{error}");
+}
+
+#[test]
+fn the_suites_of_tables_are_the_folders_of_their_files() {
+    for name in ["clear-random", "clear-packed"] {
+        let folder = format!("{}/suites/{name}", env!("CARGO_MANIFEST_DIR"));
+        let run = |suite: &str| {
+            let report = json(&[
+                "run",
+                suite,
+                "--planner",
+                "grasp_only",
+                "--judge",
+                "fast",
+                "--trials",
+                "1",
+                "--max-actions",
+                "1",
+                "--json",
+            ]);
+            let names = report["cases"].as_array().unwrap().iter().map(|c| (c["name"].clone(), c["bodies"].clone()));
+            names.collect::<Vec<_>>()
+        };
+        let (own, files) = (run(name), run(&folder));
+        assert_eq!(own, files);
+        assert_eq!(own.len(), if name == "clear-random" { 30 } else { 10 });
+    }
+}
+
+#[test]
 fn path_queries_are_written_once_and_answered_the_same() {
     let folder = Folder::new();
     let file = folder.path("queries.json");
@@ -400,6 +466,33 @@ fn path_queries_are_written_once_and_answered_the_same() {
     let first = lengths();
     assert_eq!(first.as_array().unwrap().len(), 12);
     assert_eq!(first, lengths());
+}
+
+#[test]
+fn the_image_benchmark_finds_what_it_drew() {
+    let report = json(&["bench", "image", "-n", "2", "--rounds", "1", "--json"]);
+    for time in ["crop_us", "labels_us", "shapes_ms", "matching_ms"] {
+        assert!(report[time].as_f64().unwrap() > 0.0, "{time}: {report}");
+    }
+    assert_eq!((report["in_images"].as_u64(), report["shapes_found"].as_u64()), (Some(20), Some(20)), "{report}");
+    assert_eq!((report["wrong"].as_u64(), report["missed"].as_u64()), (Some(0), Some(0)), "{report}");
+}
+
+#[test]
+fn a_scene_is_observed_as_an_image() {
+    let folder = Folder::new();
+    stdout(&["generate", &folder.path("scenes"), "--count", "1", "--seed", "3"]);
+    let scene = std::fs::read_dir(folder.path("scenes")).unwrap().next().unwrap().unwrap().path();
+    let (scene, image) = (scene.to_str().unwrap().to_owned(), folder.path("image.pgm"));
+    stdout(&["observe", &scene, "-o", &image]);
+    let labels = std::fs::read(&image).unwrap();
+    assert!(labels.starts_with(b"P5\n224 224\n255\n") && labels.len() == 15 + 224 * 224);
+    stdout(&["observe", &scene, "-o", &image, "--image", "heights", "--crop", "112", "--heading", "-0.3"]);
+    let heights = std::fs::read(&image).unwrap();
+    assert!(heights.starts_with(b"P5\n112 112\n65535\n") && heights.len() == 17 + 2 * 112 * 112);
+    // The middle of the crop is the target, 45 mm high.
+    let at = 17 + 2 * (56 * 112 + 56);
+    assert_eq!(u16::from_be_bytes([heights[at], heights[at + 1]]), 450);
 }
 
 /// `docs/cli.md` is this text; run with `UPDATE_DOCS=1` to write it anew.
@@ -420,7 +513,15 @@ fn the_document_holds_the_help() {
         "bench push",
         "bench search",
         "bench path",
+        "bench image",
+        "bench net",
         "render",
+        "datagen push",
+        "datagen ppn",
+        "datagen grasp",
+        "datagen segment",
+        "observe",
+        "model",
     ];
     for command in commands {
         let words: Vec<&str> = command.split_whitespace().chain(["--help"]).collect();

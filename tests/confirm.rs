@@ -16,6 +16,7 @@ fn problems() -> Vec<Problem> {
 
 fn options(confirm: Confirm) -> PlannerOptions {
     PlannerOptions {
+        planner: "pmbs".into(),
         physics: Some(PhysicsOptions::preset("fast")),
         confirm,
         budget: Budget::iterations(200),

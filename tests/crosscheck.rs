@@ -15,7 +15,10 @@ use jostle::scene::{BodyDef, Scene, SceneBuilder, State, generate::Generator, ge
 
 /// Every engine of this build, judging.
 fn judges() -> Vec<PhysicsOptions> {
-    EngineInfo::available().map(|e| PhysicsOptions::named(e.id, None, Purpose::Judging).unwrap()).collect()
+    EngineInfo::available()
+        .filter(|e| e.id != "dipn")
+        .map(|e| PhysicsOptions::named(e.id, None, Purpose::Judging).unwrap())
+        .collect()
 }
 
 // --- Theory -----------------------------------------------------------------------------------------------------

@@ -32,6 +32,22 @@ fn rearrange_brings_every_body_to_its_goal_the_same_way_every_time() {
 }
 
 #[test]
+fn a_block_known_from_images_alone_is_retrieved() {
+    let shared = told("examples_c/camera_scene.c", "camera_scene", Link::Shared);
+    assert!(shared.contains(" 1  5 bodies seen\n    push   pushed\n"), "{shared}");
+    assert!(shared.ends_with("    grasp  grasped\n4 blocks matched, all within a pixel\nretrieved\n"), "{shared}");
+    assert_eq!(shared, told("examples_c/camera_scene.c", "camera_scene", Link::Static));
+}
+
+#[test]
+fn clear_table_takes_every_body_the_same_way_every_time() {
+    let shared = told("examples_c/clear_table.c", "clear_table", Link::Shared);
+    assert!(shared.contains(" 1  push  ") && shared.contains("\ncleared: 9 bodies by "), "{shared}");
+    assert_eq!(shared.matches("  grasped\n").count(), 9, "{shared}");
+    assert_eq!(shared, told("examples_c/clear_table.c", "clear_table", Link::Static));
+}
+
+#[test]
 fn async_cancel_stops_in_time() {
     for link in [Link::Shared, Link::Static] {
         let text = told("examples_c/async_cancel.c", "async_cancel", link);

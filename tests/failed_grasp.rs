@@ -21,7 +21,7 @@ fn open() -> Problem {
 
 #[test]
 fn a_grasp_that_failed_is_not_offered_again_before_the_bodies_were_pushed() {
-    for name in ["pmbs", "mcts"] {
+    for name in ["hedge", "pmbs", "mcts"] {
         let options =
             PlannerOptions { planner: name.into(), budget: Budget::iterations(200), ..PlannerOptions::default() };
         let mut planner = Planner::new(options.clone()).unwrap();

@@ -10,7 +10,7 @@ use common::{header, root};
 static CURRENT: std::sync::Mutex<()> = std::sync::Mutex::new(());
 
 /// The files of the C API, in the header's order.
-const FILES: [&str; 17] = [
+const FILES: [&str; 20] = [
     "status.rs",
     "version.rs",
     "log.rs",
@@ -21,9 +21,12 @@ const FILES: [&str; 17] = [
     "scene.rs",
     "options.rs",
     "goal.rs",
+    "image.rs",
+    "camera.rs",
     "scene_file.rs",
     "cancel.rs",
     "progress.rs",
+    "model.rs",
     "planner.rs",
     "job.rs",
     "plan.rs",

@@ -92,7 +92,8 @@ fn every_plan_of_every_planner_passes_the_certificate() {
 #[test]
 fn threads_do_not_change_a_bit_of_a_plan() {
     let mut hashes = std::collections::BTreeSet::new();
-    for seed in 0..2 {
+    // On an easy problem several planners have the same plan: enough problems that they have different ones too.
+    for seed in 0..3 {
         let problem = mixed(seed);
         for (planner, variant) in [
             ("untangle", Variant::Tuned),

@@ -34,7 +34,7 @@
 /// The engine `bullet`.
 #define JOSTLE_FEATURE_BULLET 2
 
-/// Trained networks.
+/// Trained networks are built in. Files can be loaded in any build, where there is a runtime.
 #define JOSTLE_FEATURE_NETWORKS 3
 
 /// The engine `planar`.
@@ -58,6 +58,9 @@
 /// `jostle_progress.solution_actions` while no solution is known.
 #define JOSTLE_NO_SOLUTION 4294967295
 
+/// Networks run on the processor.
+#define JOSTLE_DEVICE_CPU (-1)
+
 /// No limit of iterations or bytes.
 #define JOSTLE_NO_LIMIT 18446744073709551615ull
 
@@ -75,6 +78,9 @@ typedef struct jostle_context jostle_context;
 
 /// A decision that runs in the background, on a thread of its own. Opaque.
 typedef struct jostle_job jostle_job;
+
+/// A network that is ready to run. It does not change and may be used by any number of planners. Opaque.
+typedef struct jostle_model jostle_model;
 
 /// The answer of a planner. It never changes. Opaque.
 typedef struct jostle_plan jostle_plan;
@@ -293,6 +299,112 @@ typedef struct jostle_goal {
   double rotation_tolerance;
 } jostle_goal;
 
+/// Where an image lies over the table. Columns run along +x of the image's frame, rows along +y (row 0 has the least y),
+/// the frame's origin is the middle of the image: pixel (row, column) has its centre at x = (column + 1/2 - cols/2) pixel,
+/// y = (row + 1/2 - rows/2) pixel. Frozen: never changes.
+typedef struct jostle_image_frame {
+  /// Of the image's middle in the world.
+  struct jostle_pose2 pose;
+  /// Side of a pixel, metres.
+  double pixel;
+  /// At most 16384.
+  size_t rows;
+  /// At most 16384.
+  size_t cols;
+} jostle_image_frame;
+
+/// From the pixels of a camera's image to the table: pixel (row, column) has its centre at origin + column `column` +
+/// row `row`. Any axes will do, turned and mirrored ones too, if they span pixels that are about square. Frozen: never
+/// changes.
+typedef struct jostle_pixel_map {
+  /// World position of the centre of the first pixel of the first row.
+  struct jostle_vec2 origin;
+  /// From a pixel to the next one in its row, metres.
+  struct jostle_vec2 column;
+  /// From a row to the next, metres.
+  struct jostle_vec2 row;
+} jostle_pixel_map;
+
+/// A camera's image of the table.
+typedef struct jostle_camera_image {
+  /// Set by jostle_camera_image_default().
+  uint32_t struct_size;
+  /// 0.
+  uint32_t reserved;
+  /// At most 16384.
+  size_t rows;
+  /// At most 16384.
+  size_t cols;
+  /// Which body each pixel shows, from a segmentation: 0 for the table, 1 to 255 for bodies. Null if there are masks.
+  const uint8_t *labels;
+  /// From a row of labels to the next, bytes.
+  size_t label_stride;
+  /// In place of labels, a mask for each body, one after the other: 0 where a pixel does not show it. The mask at k
+  /// counts as label k + 1. Masks may overlap.
+  const uint8_t *masks;
+  /// At most 255.
+  size_t mask_count;
+  /// From a row of a mask to the next, bytes.
+  size_t mask_stride;
+  /// From a mask to the next, bytes.
+  size_t mask_plane_stride;
+  /// Height of what each pixel shows above the table, metres; NaN, 0 and less where it is not known. May be null.
+  const float *heights;
+  /// From a row of heights to the next, bytes.
+  size_t height_stride;
+  /// Where the pixels lie on the table.
+  struct jostle_pixel_map map;
+} jostle_camera_image;
+
+/// What becomes of a body that reaches the image's border: one of the JOSTLE_BORDER_ values.
+typedef int32_t jostle_border;
+
+/// How images are read.
+typedef struct jostle_image_options {
+  /// Set by jostle_image_options_default().
+  uint32_t struct_size;
+  /// JOSTLE_BORDER_SKIP by default. For new bodies only.
+  jostle_border at_border;
+  /// How far the simplified outline of a new body may be from that between the pixels, pixels: 1 by default.
+  double tolerance;
+  /// Smaller regions are left out, square metres: 1e-4 by default.
+  double min_area;
+  /// A new body's height is this quantile of the heights of its pixels: 0.9 by default.
+  double height_quantile;
+  /// Of new bodies where the image has no heights, metres: 0.045 by default.
+  double height;
+  /// Of new bodies, kilograms: 0.1 by default.
+  double mass;
+  /// Of new bodies, 0.5 by default.
+  double friction;
+  /// A known body is not taken for a region that fits it worse than this, pixels: 3 by default.
+  double greatest_cost;
+  /// 1 (the default) if round outlines become discs.
+  uint32_t discs;
+  /// 0.
+  uint32_t reserved;
+} jostle_image_options;
+
+/// What became of a region or of a known body: one of the JOSTLE_SEEN_ values.
+typedef int32_t jostle_seen;
+
+/// A region of an image and its body. Frozen: never changes.
+typedef struct jostle_seen_body {
+  /// Zero where the region became no body.
+  struct jostle_body body;
+  /// Where the body is; means something for JOSTLE_SEEN_BODY only.
+  struct jostle_pose2 pose;
+  /// In the image; 0 for a known body that was not seen.
+  uint32_t label;
+  jostle_seen seen;
+  /// How far the region's outline is from the body's, pixels: root mean square. About 0.3 for clean images.
+  double deviation;
+  /// Pixels of holes of the region, which were filled.
+  uint32_t hole_pixels;
+  /// Pixels of the label apart from the region, which were dropped.
+  uint32_t dropped_pixels;
+} jostle_seen_body;
+
 /// How far a decision is.
 typedef struct jostle_progress {
   /// Set by jostle_progress_default().
@@ -311,6 +423,33 @@ typedef struct jostle_progress {
   double elapsed_seconds;
 } jostle_progress;
 
+/// How a network is loaded and run. Texts are copied.
+typedef struct jostle_model_options {
+  /// Set by jostle_model_options_default().
+  uint32_t struct_size;
+  /// JOSTLE_DEVICE_CPU (the default), or the number of an NVIDIA graphics card: then ONNX Runtime needs its CUDA
+  /// provider, and results are not bit for bit.
+  int32_t device;
+  /// Threads of one call of the network, 1 by default. More pay for big networks that are called one at a time;
+  /// planners have threads of their own.
+  uint32_t threads;
+  /// 1 (the default) runs the file's self-test.
+  uint32_t self_test;
+  /// File of ONNX Runtime's shared library; null (the default) to look for it (docs/networks.md says where). A process
+  /// has one runtime, that of the first network it loads.
+  const char *runtime;
+  /// "onnxruntime" or "tract" (where it was built in); null (the default) for the first that is found.
+  const char *backend;
+  /// Name of the gripper that it must have been made for; null (the default) for any.
+  const char *gripper;
+  /// SHA-256 that the file must have, hexadecimal digits; null (the default) for any.
+  const char *sha256;
+  /// 1 lets a network for another gripper pass; jostle_model_info() has a warning then. 0 by default.
+  uint32_t tolerate;
+  /// 0.
+  uint32_t reserved;
+} jostle_model_options;
+
 /// Which form of a planner: one of the JOSTLE_VARIANT_ values.
 typedef int32_t jostle_variant;
 
@@ -321,11 +460,11 @@ typedef struct jostle_planner_options {
   /// Worker threads; 0 runs everything on the caller. Never changes a plan made within a limit of iterations.
   /// JOSTLE_THREADS_OF_CONTEXT by default.
   uint32_t threads;
-  /// "pmbs" or "mcts" to retrieve a target, "untangle", "pmmr" or "hbfs" to bring bodies to the scene's goals; null
-  /// (the default) for "pmbs". The options on pushes, grasps and engines are for retrieval only.
+  /// "hedge", "pmbs" or "mcts" to retrieve a target, "untangle", "pmmr" or "hbfs" to bring bodies to the scene's goals; null
+  /// (the default) for "hedge". The options on pushes, grasps and engines are for retrieval only.
   const char *planner;
-  /// Engine that predicts what a push does: "rapier", "planar", "prism" or "bullet"; null (the default) for the
-  /// planner's own.
+  /// Engine that predicts what a push does: "rapier", "planar", "prism", "bullet" or the network "dipn"; null (the
+  /// default) for the planner's own.
   const char *engine;
   /// The engine's preset, "fast" or "fine" among others; null (the default) for the one that suits planning.
   const char *preset;
@@ -358,6 +497,14 @@ typedef struct jostle_planner_options {
   /// search can afford: "ENGINE" or "ENGINE:PRESET", such as "prism:fine"; "none" for no trying; null (the default)
   /// for the planner's own choice.
   const char *confirm;
+  /// What says how good a state is: "geometric", or the networks "gc" (graspable or not) or "gn" (grasp map); null (the
+  /// default) for "geometric".
+  const char *scorer;
+  /// The scorer's network; null (the default) for the built-in one. The planner keeps it.
+  const struct jostle_model *scorer_model;
+  /// The network of the engine "dipn"; null (the default) for the one that `preset` names: a built-in network or a file.
+  /// The planner keeps it.
+  const struct jostle_model *engine_model;
 } jostle_planner_options;
 
 /// Told how far a decision is; a value other than 0 cancels it. It is called on the thread that decides (the caller's
@@ -455,6 +602,17 @@ typedef struct jostle_plan_statistics {
   uint64_t confirm_simulations;
   /// Wall-clock time of it, contained in `seconds`.
   double confirm_seconds;
+  /// 1 if no shorter plan exists in the planner's actions and model: every push of every state that fewer pushes lead
+  /// to was tried; else 0.
+  uint32_t proved_shortest;
+  /// Perturbed worlds that the next two are estimated from; 0 if the planner weighs no plans in such worlds, or had no
+  /// need to.
+  uint32_t worlds;
+  /// Probability that the target is out after no more actions than the plan has, if the robot looks and plans again
+  /// after every action.
+  double success_chance;
+  /// Mean number of actions until then.
+  double expected_actions;
 } jostle_plan_statistics;
 
 /// How the world differs from the planner's model: not at all by default, but for the finer preset.
@@ -511,7 +669,7 @@ typedef int32_t jostle_effect;
 /// A file or text was read but does not say what it should.
 #define JOSTLE_ERROR_FORMAT (-9)
 
-/// A network's file does not fit its use. (Kept for networks; no call returns it yet.)
+/// A network could not be run: it or its runtime gave what no network of its kind may give.
 #define JOSTLE_ERROR_MODEL (-10)
 
 /// The memory limit does not suffice.
@@ -528,6 +686,42 @@ typedef int32_t jostle_effect;
 
 /// Header and library, or a struct and the library, do not fit together.
 #define JOSTLE_ERROR_ABI (-15)
+
+/// A network's file is empty.
+#define JOSTLE_ERROR_MODEL_EMPTY (-16)
+
+/// A network's file is too big.
+#define JOSTLE_ERROR_MODEL_TOO_BIG (-17)
+
+/// A network's file is a Git LFS pointer; fetch the file itself with `git lfs pull`.
+#define JOSTLE_ERROR_MODEL_LFS_POINTER (-18)
+
+/// A network's file is no ONNX model, or is cut off.
+#define JOSTLE_ERROR_MODEL_PARSE (-19)
+
+/// Nothing that runs networks was found, or it is too old; the message says where it was looked for.
+#define JOSTLE_ERROR_MODEL_RUNTIME (-20)
+
+/// The runtime refuses the network; the message has its reason.
+#define JOSTLE_ERROR_MODEL_SESSION (-21)
+
+/// A network's file is not the one that its SHA-256 names.
+#define JOSTLE_ERROR_MODEL_HASH (-22)
+
+/// A network is of another kind than asked for, or does not say of which.
+#define JOSTLE_ERROR_MODEL_KIND (-23)
+
+/// A network has an interface that this version does not know.
+#define JOSTLE_ERROR_MODEL_INTERFACE (-24)
+
+/// An input or output of a network has another name, type or shape than its interface.
+#define JOSTLE_ERROR_MODEL_IO_MISMATCH (-25)
+
+/// A network was made for another configuration: gripper, pixel, image size, angles.
+#define JOSTLE_ERROR_MODEL_SPEC_MISMATCH (-26)
+
+/// A network does not give what it gave where it was exported.
+#define JOSTLE_ERROR_MODEL_SELFTEST (-27)
 
 /// A simple polygon, convex or not: `points`, in order round the outline, in either direction.
 #define JOSTLE_SHAPE_POLYGON 1
@@ -570,6 +764,33 @@ typedef int32_t jostle_effect;
 /// The target alone.
 #define JOSTLE_SCOPE_TARGET_ONLY 2
 
+/// It is taken as far as it is seen.
+#define JOSTLE_BORDER_KEEP 1
+
+/// It is left out and reported (the default).
+#define JOSTLE_BORDER_SKIP 2
+
+/// The image is refused.
+#define JOSTLE_BORDER_REFUSE 3
+
+/// It is a body, with its pose.
+#define JOSTLE_SEEN_BODY 0
+
+/// The region's area is less than min_area.
+#define JOSTLE_SEEN_TOO_SMALL 1
+
+/// The region reaches the image's border.
+#define JOSTLE_SEEN_AT_BORDER 2
+
+/// No pixel of the region has a height.
+#define JOSTLE_SEEN_NO_HEIGHT 3
+
+/// The region's outline has no simple polygon within the tolerance.
+#define JOSTLE_SEEN_NO_OUTLINE 4
+
+/// No region fits the known body.
+#define JOSTLE_SEEN_NOWHERE 5
+
 /// As the text of the dissertation says.
 #define JOSTLE_VARIANT_DISSERTATION 1
 
@@ -606,7 +827,7 @@ typedef int32_t jostle_effect;
 /// The fingers would come down on a body; nothing was executed.
 #define JOSTLE_EFFECT_BLOCKED 2
 
-/// The target was grasped and taken away.
+/// The target, or in a world without one the body of the grasp, was grasped and taken away.
 #define JOSTLE_EFFECT_GRASPED 3
 
 /// The grasp does not hold where the bodies really are, or is not one of the target; nothing changed.
@@ -1062,8 +1283,134 @@ jostle_status jostle_scene_get_goal(const struct jostle_scene *scene,
                                     struct jostle_body body,
                                     struct jostle_goal *goal);
 
+/// The frame of a square image about the centre of a body's footprint, its x axis at `heading` (radians) in the world:
+/// `side` pixels of `pixel` metres.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null, zero body, a value out of range), HANDLE, BUSY, NOT_FOUND, POISONED.
+jostle_status jostle_scene_frame_around(const struct jostle_scene *scene,
+                                        struct jostle_body body,
+                                        double heading,
+                                        double pixel,
+                                        size_t side,
+                                        struct jostle_image_frame *frame);
+
+/// The map of an image of the library: what makes of its pixels a camera's.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: `frame` is copied.
+/// Errors: ARGUMENT (null, a field of frame out of range).
+jostle_status jostle_image_frame_map(const struct jostle_image_frame *frame,
+                                     struct jostle_pixel_map *map);
+
+/// Writes to each pixel which body it shows: 0 is the table, k + 1 the body that jostle_scene_poses lists at k. A pixel
+/// shows a body if its centre lies in the body's footprint; where footprints overlap the higher body shows, of equally
+/// high ones the earlier. Rows begin `row_stride` bytes apart; what lies between them is left as it is.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: the caller owns the pixels.
+/// Errors: ARGUMENT (null, frame or row_stride out of range, a scene without bodies), HANDLE, BUSY, POISONED.
+jostle_status jostle_scene_label_image(const struct jostle_scene *scene,
+                                       const struct jostle_image_frame *frame,
+                                       uint8_t *pixels,
+                                       size_t row_stride);
+
+/// Writes to each pixel how high what it shows reaches above the table, metres; 0 is the table. See
+/// jostle_scene_label_image.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: the caller owns the pixels.
+/// Errors: ARGUMENT (null, frame or row_stride out of range, a scene without bodies), HANDLE, BUSY, POISONED.
+jostle_status jostle_scene_height_image(const struct jostle_scene *scene,
+                                        const struct jostle_image_frame *frame,
+                                        float *pixels,
+                                        size_t row_stride);
+
+/// Writes 1 to each pixel that shows the body, 0 to all others. See jostle_scene_label_image.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: the caller owns the pixels.
+/// Errors: ARGUMENT (null, zero body, frame or row_stride out of range), HANDLE, BUSY, NOT_FOUND, POISONED.
+jostle_status jostle_scene_mask_image(const struct jostle_scene *scene,
+                                      struct jostle_body body,
+                                      const struct jostle_image_frame *frame,
+                                      uint8_t *pixels,
+                                      size_t row_stride);
+
+/// Sets every field to its default; `size` is sizeof(jostle_camera_image) as the caller was compiled.
+/// jostle_camera_image_default() in this header does it for you.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: the caller.
+/// Errors: ARGUMENT (null, a size that no version has).
+jostle_status jostle_camera_image_init(struct jostle_camera_image *image,
+                                       size_t size);
+
+/// Sets every field to its default; `size` is sizeof(jostle_image_options) as the caller was compiled.
+/// jostle_image_options_default() in this header does it for you.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: the caller.
+/// Errors: ARGUMENT (null, a size that no version has).
+jostle_status jostle_image_options_init(struct jostle_image_options *options,
+                                        size_t size);
+
+/// Adds the bodies that an image shows, which need not be known: each label becomes a body with a simplified outline (a
+/// polygon or a disc, its frame at the centroid), the height that the image says and the name "label N". What became of
+/// each label goes to `buffer`, by label. A null buffer of capacity 0 asks for the count and adds nothing.
+///
+/// Of a label in several parts the largest is taken; holes are filled. Bodies that overlap, as they may in an unclean
+/// image, are found by jostle_scene_check.
+///
+/// Thread: exclusive use of scene.
+/// RT: no.
+/// Nullable: options (takes the defaults), buffer (with capacity 0).
+/// Owns: the pixels are not kept; the caller owns the buffer.
+/// Errors: ARGUMENT (null, a field of image or options: the message names it, more bodies than a scene holds, a label at
+/// the border that is refused), HANDLE, BUSY, BUFFER (count was written), POISONED, ABI. On failure the scene is
+/// unchanged.
+jostle_status jostle_scene_add_image(struct jostle_scene *scene,
+                                     const struct jostle_camera_image *image,
+                                     const struct jostle_image_options *options,
+                                     struct jostle_seen_body *buffer,
+                                     size_t capacity,
+                                     size_t *count);
+
+/// Finds the bodies of the scene, whose shapes are known, in an image whose labels say nothing of which is which: one
+/// entry for each body that is present, in the order of jostle_scene_poses, with its label and pose, or
+/// JOSTLE_SEEN_NOWHERE. The scene stays as it is; give the poses to jostle_scene_update. Of shapes that look the same
+/// from several sides any of the headings may come.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: options (takes the defaults), buffer (with capacity 0: asks for the count).
+/// Owns: the pixels are not kept; the caller owns the buffer.
+/// Errors: ARGUMENT (null, a field of image or options: the message names it, a scene without bodies), HANDLE, BUSY,
+/// BUFFER (count was written), POISONED, ABI.
+jostle_status jostle_scene_match_image(const struct jostle_scene *scene,
+                                       const struct jostle_camera_image *image,
+                                       const struct jostle_image_options *options,
+                                       struct jostle_seen_body *buffer,
+                                       size_t capacity,
+                                       size_t *count);
+
 /// Reads a problem's file (JSON, see docs/scene-format.md): the scene, and the body to retrieve. Of a rearrangement, the
-/// scene with its goals, and zero.
+/// scene with its goals, and zero; of a table to clear, the scene, and zero.
 ///
 /// Thread: any.
 /// RT: no.
@@ -1075,15 +1422,16 @@ jostle_status jostle_scene_read(const struct jostle_context *context,
                                 struct jostle_scene **scene,
                                 struct jostle_body *target);
 
-/// Writes the problem of retrieving `target`, or with a zero target that of bringing the bodies to their goals, as a
-/// file (JSON) that jostle_scene_read and the command-line tool read.
+/// Writes the problem of retrieving `target`, or with a zero target that of bringing the bodies to their goals where
+/// one has a goal, else that of taking everything off the table, as a file (JSON) that jostle_scene_read and the
+/// command-line tool read.
 ///
 /// Thread: shared use of scene.
 /// RT: no.
 /// Nullable: none.
 /// Owns: nothing.
-/// Errors: ARGUMENT (null, not UTF-8, zero target of a scene without goals, absent target, bodies that overlap, goals
-/// that do not fit), HANDLE, BUSY, NOT_FOUND (target), IO, POISONED.
+/// Errors: ARGUMENT (null, not UTF-8, absent target, bodies that overlap, goals that do not fit), HANDLE, BUSY,
+/// NOT_FOUND (target), IO, POISONED.
 jostle_status jostle_scene_write(const struct jostle_scene *scene,
                                  struct jostle_body target,
                                  const char *path);
@@ -1171,6 +1519,70 @@ void jostle_cancel_free(struct jostle_cancel *cancel);
 /// Errors: ARGUMENT (null, a size that no version has).
 jostle_status jostle_progress_init(struct jostle_progress *progress, size_t size);
 
+/// Sets every field to its default; `size` is sizeof(jostle_model_options) as the caller was compiled.
+/// jostle_model_options_default() in this header does it for you.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: the caller.
+/// Errors: ARGUMENT (null, a size that no version has).
+jostle_status jostle_model_options_init(struct jostle_model_options *options,
+                                        size_t size);
+
+/// Loads a network and checks it: `name` is a built-in network's name, such as "gc", or the path of an ONNX file. `kind` is
+/// what it must be: "dipn", "ppn", "gc", "gn" or "segmentation"; null for any.
+///
+/// Every check has its own status, and the message names the file, what was expected and what was found. A failed load
+/// leaves nothing behind, except that a runtime that was found stays loaded.
+///
+/// Thread: any.
+/// RT: no.
+/// Nullable: kind, options (all defaults).
+/// Owns: the caller owns *model and frees it with jostle_model_free; `options` is copied.
+/// Errors: ARGUMENT (null, an option: the message names it), HANDLE, NOT_FOUND (no such file, network, kind or backend), IO,
+/// MODEL_EMPTY, MODEL_TOO_BIG, MODEL_LFS_POINTER, MODEL_PARSE, MODEL_RUNTIME, MODEL_SESSION, MODEL_HASH, MODEL_KIND,
+/// MODEL_INTERFACE, MODEL_IO_MISMATCH, MODEL_SPEC_MISMATCH, MODEL_SELFTEST, UNSUPPORTED (device), MEMORY, ABI.
+jostle_status jostle_model_load(const struct jostle_context *context,
+                                const char *name,
+                                const char *kind,
+                                const struct jostle_model_options *options,
+                                struct jostle_model **model);
+
+/// Copies what is known of a network as JSON text: file, kind, interface, hash, metadata, inputs, outputs, warnings, and
+/// what runs it. `length` counts the closing zero.
+///
+/// Thread: shared use of model.
+/// RT: no.
+/// Nullable: buffer (with capacity 0: asks for the length).
+/// Owns: the caller owns the buffer.
+/// Errors: ARGUMENT (null), HANDLE, BUFFER (length was written).
+jostle_status jostle_model_info(const struct jostle_model *model,
+                                char *buffer,
+                                size_t capacity,
+                                size_t *length);
+
+/// Frees a network. Planners that were made with it keep it until they are freed themselves.
+///
+/// Thread: any.
+/// RT: no.
+/// Nullable: model (does nothing).
+/// Owns: the handle is dead afterwards.
+/// Errors: none returned; a dead handle leaves a message in jostle_last_error().
+void jostle_model_free(struct jostle_model *model);
+
+/// Copies which runtime this process runs networks with, as JSON text: backend, version, file, build. Looks for one if none
+/// was used yet. `length` counts the closing zero.
+///
+/// Thread: any.
+/// RT: no.
+/// Nullable: buffer (with capacity 0: asks for the length).
+/// Owns: the caller owns the buffer.
+/// Errors: ARGUMENT (null), BUFFER (length was written), MODEL_RUNTIME (there is none; the message says what was tried).
+jostle_status jostle_runtime_info(char *buffer,
+                                  size_t capacity,
+                                  size_t *length);
+
 /// Sets every field to its default; `size` is sizeof(jostle_planner_options) as the caller was compiled.
 /// jostle_planner_options_default() in this header does it for you.
 ///
@@ -1199,8 +1611,8 @@ jostle_status jostle_solve_options_init(struct jostle_solve_options *options,
 /// RT: no.
 /// Nullable: options (all defaults).
 /// Owns: the caller owns *planner and frees it with jostle_planner_free; `options` is copied.
-/// Errors: ARGUMENT (null, an option: the message names it), HANDLE, NOT_FOUND (an unknown planner, engine, preset or
-/// sampler: the message lists the known), UNSUPPORTED, MEMORY, ABI.
+/// Errors: ARGUMENT (null, an option: the message names it), HANDLE, NOT_FOUND (an unknown planner, engine, preset, sampler
+/// or scorer: the message lists the known), UNSUPPORTED, MEMORY, ABI, and what jostle_model_load returns.
 jostle_status jostle_planner_new(const struct jostle_context *context,
                                  const struct jostle_planner_options *options,
                                  struct jostle_planner **planner);
@@ -1215,7 +1627,8 @@ jostle_status jostle_planner_new(const struct jostle_context *context,
 void jostle_planner_free(struct jostle_planner *planner);
 
 /// Decides what to do to retrieve `target`, within the planner's limits, and waits for it. A planner of rearrangements
-/// is given a zero target, and brings the scene's bodies to their goals. The search tree that
+/// is given a zero target, and brings the scene's bodies to their goals; so is one that clears the table, whose answer is
+/// solved and without actions when nothing is left to be taken. The search tree that
 /// jostle_planner_advance kept is used if the scene is the one that was expected. The scene may be changed by other
 /// threads meanwhile: the planner has its own copy.
 ///
@@ -1484,6 +1897,24 @@ jostle_status jostle_plan_considered(const struct jostle_plan *plan,
                                      size_t capacity,
                                      size_t *count);
 
+/// Where the bodies are expected after a first action that was considered (`index` as in jostle_plan_considered()), and
+/// what it came to in perturbed worlds: the probability that the target is out after no more actions than the best plan
+/// that begins so, and the mean number of actions. Both are 0 for an action that was not weighed in such worlds.
+///
+/// Thread: shared use of plan.
+/// RT: no.
+/// Nullable: buffer (with capacity 0: asks for the count), success_chance, expected_actions.
+/// Owns: the caller owns the buffer.
+/// Errors: ARGUMENT (null), HANDLE, BUFFER (count was written), NOT_FOUND (no such action, or a plan that moves bodies to
+/// goals).
+jostle_status jostle_plan_explain(const struct jostle_plan *plan,
+                                  size_t index,
+                                  double *success_chance,
+                                  double *expected_actions,
+                                  struct jostle_body_pose *buffer,
+                                  size_t capacity,
+                                  size_t *count);
+
 /// Sets every field to its default; `size` is sizeof(jostle_plan_statistics) as the caller was compiled.
 /// jostle_plan_statistics_default() in this header does it for you.
 ///
@@ -1539,14 +1970,14 @@ jostle_status jostle_plan_json(const struct jostle_plan *plan,
 jostle_status jostle_simulator_options_init(struct jostle_simulator_options *options,
                                             size_t size);
 
-/// Makes a world that begins where `scene` is; later changes of the scene do not reach it.
+/// Makes a world that begins where `scene` is; later changes of the scene do not reach it. With a zero target every
+/// pickable body may be taken.
 ///
 /// Thread: any; shared use of scene for a moment.
 /// RT: no.
 /// Nullable: options (all defaults).
 /// Owns: the caller owns *simulator and frees it with jostle_simulator_free; `options` is copied.
-/// Errors: ARGUMENT (null, an option: the message names it, zero target, target absent or not pickable, bodies that
-/// overlap), HANDLE, BUSY, NOT_FOUND (target, engine, preset), UNSUPPORTED, POISONED, MEMORY, ABI.
+/// Errors: ARGUMENT (null, an option: the message names it, target absent or not pickable, bodies that overlap), HANDLE, BUSY, NOT_FOUND (target, engine, preset), UNSUPPORTED, POISONED, MEMORY, ABI.
 jostle_status jostle_simulator_new(const struct jostle_context *context,
                                    const struct jostle_scene *scene,
                                    struct jostle_body target,
@@ -1608,14 +2039,16 @@ jostle_status jostle_simulator_poses(struct jostle_simulator *simulator,
                                      size_t capacity,
                                      size_t *count);
 
-/// Writes 1 to *left if the target is outside of the workspace, by the workspace's rule, else 0.
+/// Writes 1 to *left if the target, or in a world without one any body, is outside of the workspace, by the workspace's
+/// rule, else 0.
 ///
 /// Thread: exclusive use of simulator.
 /// RT: no.
 /// Nullable: none.
 /// Owns: nothing.
 /// Errors: ARGUMENT (null), HANDLE, BUSY, POISONED.
-jostle_status jostle_simulator_target_left(struct jostle_simulator *simulator, uint32_t *left);
+jostle_status jostle_simulator_target_left(struct jostle_simulator *simulator,
+                                           uint32_t *left);
 
 /// Version of this header; jostle_version() says the library's.
 #define JOSTLE_VERSION "0.1.0"
@@ -1664,6 +2097,20 @@ static inline jostle_goal jostle_goal_default(void) {
 }
 
 /// All defaults, with the size that this header knows.
+static inline jostle_camera_image jostle_camera_image_default(void) {
+    jostle_camera_image value;
+    jostle_camera_image_init(&value, sizeof value);
+    return value;
+}
+
+/// All defaults, with the size that this header knows.
+static inline jostle_image_options jostle_image_options_default(void) {
+    jostle_image_options value;
+    jostle_image_options_init(&value, sizeof value);
+    return value;
+}
+
+/// All defaults, with the size that this header knows.
 static inline jostle_planner_options jostle_planner_options_default(void) {
     jostle_planner_options value;
     jostle_planner_options_init(&value, sizeof value);
@@ -1695,6 +2142,13 @@ static inline jostle_plan_statistics jostle_plan_statistics_default(void) {
 static inline jostle_simulator_options jostle_simulator_options_default(void) {
     jostle_simulator_options value;
     jostle_simulator_options_init(&value, sizeof value);
+    return value;
+}
+
+/// All defaults, with the size that this header knows.
+static inline jostle_model_options jostle_model_options_default(void) {
+    jostle_model_options value;
+    jostle_model_options_init(&value, sizeof value);
     return value;
 }
 

@@ -40,6 +40,8 @@ using body_def = jostle_body_def;
 using body_pose = jostle_body_pose;
 using goal = jostle_goal;
 using grasp = jostle_grasp;
+using image_frame = jostle_image_frame;
+using seen_body = jostle_seen_body;
 using pose2 = jostle_pose2;
 using progress = jostle_progress;
 using ranked_action = jostle_ranked_action;
@@ -302,6 +304,46 @@ public:
         if (found) return best;
         return std::nullopt;
     }
+    /// A square image about a body's centre.
+    image_frame frame_around(body which, double heading, double pixel, std::size_t side) const {
+        image_frame frame{};
+        check(jostle_scene_frame_around(get(), which, heading, pixel, side, &frame));
+        return frame;
+    }
+    /// Images without gaps between the rows.
+    std::vector<std::uint8_t> label_image(const image_frame &frame) const {
+        std::vector<std::uint8_t> pixels(frame.rows * frame.cols);
+        check(jostle_scene_label_image(get(), &frame, pixels.data(), frame.cols));
+        return pixels;
+    }
+    std::vector<float> height_image(const image_frame &frame) const {
+        std::vector<float> pixels(frame.rows * frame.cols);
+        check(jostle_scene_height_image(get(), &frame, pixels.data(), frame.cols * sizeof(float)));
+        return pixels;
+    }
+    std::vector<std::uint8_t> mask_image(body which, const image_frame &frame) const {
+        std::vector<std::uint8_t> pixels(frame.rows * frame.cols);
+        check(jostle_scene_mask_image(get(), which, &frame, pixels.data(), frame.cols));
+        return pixels;
+    }
+    /// Adds the bodies that an image shows.
+    std::vector<seen_body> add_image(const jostle_camera_image &image,
+                                     const jostle_image_options &options = jostle_image_options_default()) {
+        std::vector<seen_body> seen(255);
+        std::size_t count = 0;
+        check(jostle_scene_add_image(get(), &image, &options, seen.data(), seen.size(), &count));
+        seen.resize(count);
+        return seen;
+    }
+    /// Finds the scene's bodies in an image; for update().
+    std::vector<seen_body> match_image(const jostle_camera_image &image,
+                                       const jostle_image_options &options = jostle_image_options_default()) const {
+        std::vector<seen_body> seen(size());
+        std::size_t count = 0;
+        check(jostle_scene_match_image(get(), &image, &options, seen.data(), seen.size(), &count));
+        seen.resize(count);
+        return seen;
+    }
     void write(body target, const std::string &path) const { check(jostle_scene_write(get(), target, path.c_str())); }
 
     static problem read(const context &from, const std::string &path);
@@ -328,6 +370,14 @@ inline problem scene::generate(const context &from, std::uint64_t seed, std::uin
     check(jostle_scene_generate(from.get(), seed, index, bodies, &made, &target));
     return problem{scene(made), target};
 }
+
+/// What a considered first action came to: chance of success and mean number of actions in perturbed worlds (0 where it
+/// was not weighed in such), and where the bodies are expected after it.
+struct explanation {
+    double success_chance;
+    double expected_actions;
+    std::vector<body_pose> predicted;
+};
 
 /// The answer of a planner.
 class plan : public detail::owner<jostle_plan, jostle_plan_free> {
@@ -384,6 +434,14 @@ public:
             return jostle_plan_considered(get(), to, room, count);
         });
     }
+    /// What the considered action `index` came to; see jostle_plan_explain().
+    explanation explain(std::size_t index) const {
+        explanation found{};
+        found.predicted = detail::array<body_pose>([&](body_pose *to, std::size_t room, std::size_t *count) {
+            return jostle_plan_explain(get(), index, &found.success_chance, &found.expected_actions, to, room, count);
+        });
+        return found;
+    }
     jostle::statistics statistics() const {
         jostle::statistics value = jostle_plan_statistics_default();
         check(jostle_plan_get_statistics(get(), &value));
@@ -428,6 +486,30 @@ public:
         return plan(detail::made<jostle_plan>([&](jostle_plan **out) { return jostle_job_take_plan(get(), out); }));
     }
 };
+
+/// A network: a built-in one by its name, or an ONNX file.
+class model : public detail::owner<jostle_model, jostle_model_free> {
+public:
+    model(const context &from, const std::string &name, const char *kind = nullptr)
+        : model(from, name, kind, jostle_model_options_default()) {}
+    model(const context &from, const std::string &name, const char *kind, const jostle_model_options &options)
+        : owner(detail::made<jostle_model>([&](jostle_model **out) {
+              return jostle_model_load(from.get(), name.c_str(), kind, &options, out);
+          })) {}
+
+    /// What is known of it, as JSON.
+    std::string info() const {
+        return detail::text([&](char *to, std::size_t room, std::size_t *length) {
+            return jostle_model_info(get(), to, room, length);
+        });
+    }
+};
+
+/// What runs the networks of this process, as JSON.
+inline std::string runtime_info() {
+    return detail::text(
+        [](char *to, std::size_t room, std::size_t *length) { return jostle_runtime_info(to, room, length); });
+}
 
 /// Decides what a robot does next.
 class planner : public detail::owner<jostle_planner, jostle_planner_free> {

@@ -110,6 +110,8 @@ const SHAPE_DRAWS: usize = 2000;
 /// Poses tried for one body, and arrangements begun, before a draw is given up.
 const PLACES: usize = 400;
 const ARRANGEMENTS: usize = 30;
+/// Plans tried to find a solution between two looks whether there is one.
+const AT_ONCE: u64 = 4;
 /// Draws for each problem that is kept, at most.
 const DRAWS_PER_KEPT: u64 = 400;
 
@@ -226,15 +228,21 @@ impl Arranger {
         None
     }
 
+    /// Whether one of the attempts solves it. Few at a time, because after the first plan the rest would only improve it.
     fn is_solved(&self, problem: &Rearrangement, key: Key) -> Result<bool> {
         let options = RearrangeOptions {
-            budget: Budget::iterations(self.params.attempts),
+            budget: Budget::iterations(AT_ONCE),
             seed: key.bits(),
             max_moves: Some(self.params.moves),
             ..RearrangeOptions::default()
         };
-        let plan = RearrangePlanner::new(options)?.solve(problem, &Control::default())?;
-        Ok(plan.outcome == Outcome::Solved)
+        let mut planner = RearrangePlanner::new(options)?;
+        for _ in 0..self.params.attempts.div_ceil(AT_ONCE) {
+            if planner.solve(problem, &Control::default())?.outcome == Outcome::Solved {
+                return Ok(true);
+            }
+        }
+        Ok(false)
     }
 }
 

@@ -8,14 +8,13 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::holds::Jaw;
 use super::metrics::Effect;
 use crate::action::{Action, Grasp, Push};
 use crate::error::{Error, Result, check_range};
-use crate::geom::Pose2;
+use crate::grasp::Jaw;
 use crate::physics::{self, GraspStatus, PhysicsOptions, PushStatus, Scratch, Transition};
 use crate::run::{Key, Stop};
-use crate::scene::{Problem, Scene, State};
+use crate::scene::{Clearing, Problem, Scene, State, Uncertainty};
 
 /// How the judge's world differs from the planner's model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -49,6 +48,15 @@ impl JudgeOptions {
         Self { physics, friction_spread: 0.0, noise_position_m: 0.0, noise_rotation_rad: 0.0, seed: 0 }
     }
 
+    /// How the world differs from what the planner knows of it.
+    pub fn uncertainty(&self) -> Uncertainty {
+        Uncertainty {
+            friction_spread: self.friction_spread,
+            position: self.noise_position_m,
+            rotation: self.noise_rotation_rad,
+        }
+    }
+
     pub fn validate(&self) -> Result<()> {
         self.physics.validate().map_err(|e| e.within("judge"))?;
         check_range("judge.friction_spread", self.friction_spread, 0.0..=0.9)?;
@@ -56,10 +64,6 @@ impl JudgeOptions {
         check_range("judge.noise_rotation_rad", self.noise_rotation_rad, 0.0..=0.5)
     }
 }
-
-/// Observations that no perception would report (bodies deep in each other) are drawn again this often at full noise;
-/// then the noise shrinks by a tenth with every further draw.
-const FULL_NOISE_DRAWS: u64 = 32;
 
 /// The true world of one trial.
 pub struct Judge {
@@ -70,7 +74,8 @@ pub struct Judge {
     scratch: Scratch,
     jaw: Jaw,
     name: String,
-    target: usize,
+    /// The body to be retrieved; where there is none, any pickable body may be taken.
+    target: Option<usize>,
     truth: State,
     key: Key,
     observations: u64,
@@ -89,24 +94,50 @@ impl Judge {
         trial: u64,
         engine: &dyn Fn(Arc<Scene>) -> Result<Arc<dyn Transition>>,
     ) -> Result<Judge> {
+        let Problem { name, scene, state, target } = problem;
+        Self::of(name, scene, state, Some(*target), options, trial, engine)
+    }
+
+    /// The world of trial `trial` of a table to be cleared: any pickable body may be taken from it.
+    pub fn of_clearing(problem: &Clearing, options: &JudgeOptions, trial: u64) -> Result<Judge> {
+        Self::of_clearing_with_engine(problem, options, trial, &|scene| physics::engine(&options.physics, scene))
+    }
+
+    /// The same with an engine of the caller's, prepared for the perturbed scene.
+    pub fn of_clearing_with_engine(
+        problem: &Clearing,
+        options: &JudgeOptions,
+        trial: u64,
+        engine: &dyn Fn(Arc<Scene>) -> Result<Arc<dyn Transition>>,
+    ) -> Result<Judge> {
+        Self::of(&problem.name, &problem.scene, &problem.state, None, options, trial, engine)
+    }
+
+    fn of(
+        name: &str,
+        nominal: &Arc<Scene>,
+        state: &State,
+        target: Option<usize>,
+        options: &JudgeOptions,
+        trial: u64,
+        engine: &dyn Fn(Arc<Scene>) -> Result<Arc<dyn Transition>>,
+    ) -> Result<Judge> {
         options.validate()?;
         // FNV-1a: cases of a suite get draws of their own, whichever of them are run.
-        let name_hash = problem
-            .name
-            .bytes()
-            .fold(0xcbf2_9ce4_8422_2325u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
+        let name_hash =
+            name.bytes().fold(0xcbf2_9ce4_8422_2325u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
         let key = Key::new(options.seed).child(name_hash).child(trial);
-        let scene = perturbed(&problem.scene, options.friction_spread, key.child(0));
+        let scene = options.uncertainty().scene(nominal, key.child(0));
         let engine = engine(Arc::new(scene))?;
         Ok(Judge {
             options: options.clone(),
-            nominal: Arc::clone(&problem.scene),
+            nominal: Arc::clone(nominal),
             scratch: engine.scratch(),
             engine,
-            jaw: Jaw::new(&problem.scene)?,
-            name: problem.name.clone(),
-            target: problem.target,
-            truth: problem.state.clone(),
+            jaw: Jaw::new(nominal)?,
+            name: name.to_owned(),
+            target,
+            truth: state.clone(),
             key: key.child(1),
             observations: 0,
         })
@@ -122,52 +153,29 @@ impl Judge {
         self.engine.scene()
     }
 
-    /// The target is outside the workspace, by the workspace's rule.
+    /// The target, or where there is none any body, is outside the workspace, by the workspace's rule.
     pub fn target_left(&self) -> bool {
-        let pose = self.truth.pose(self.target);
-        !self.nominal.workspace().holds(&self.nominal.body(self.target).footprint, &pose)
+        self.truth.iter().any(|(i, pose)| {
+            self.target.is_none_or(|target| target == i)
+                && !self.nominal.workspace().holds(&self.nominal.body(i).footprint, &pose)
+        })
     }
 
     /// What a camera reports now: every call draws new noise.
     pub fn observe(&mut self) -> State {
         let key = self.key.child(self.observations);
         self.observations += 1;
-        for draw in 0..FULL_NOISE_DRAWS + 40 {
-            let scale = 0.9f64.powi(draw.saturating_sub(FULL_NOISE_DRAWS) as i32);
-            let observed = self.noisy(key.child(draw), scale);
-            if self.nominal.check_state(&observed).is_ok() {
-                return observed;
-            }
-        }
-        self.truth.clone()
+        self.options.uncertainty().state(&self.nominal, &self.truth, key)
     }
 
-    /// The problem as observed now.
+    /// The problem as observed now, of a retrieval (a clearing has no target: [`Clearing::at`] what was observed).
     pub fn observed_problem(&mut self) -> Problem {
         Problem {
             name: self.name.clone(),
             scene: Arc::clone(&self.nominal),
             state: self.observe(),
-            target: self.target,
+            target: self.target.unwrap_or_default(),
         }
-    }
-
-    fn noisy(&self, key: Key, scale: f64) -> State {
-        let position = self.options.noise_position_m * scale;
-        let rotation = self.options.noise_rotation_rad * scale;
-        let mut observed = self.truth.clone();
-        for (i, pose) in self.truth.iter() {
-            let mut draw = key.child(i as u64).stream();
-            observed.set_pose(
-                i,
-                Pose2::new(
-                    pose.x + position * draw.normal(),
-                    pose.y + position * draw.normal(),
-                    pose.theta + rotation * draw.normal(),
-                ),
-            );
-        }
-        observed
     }
 
     /// Does it in the true world.
@@ -191,19 +199,19 @@ impl Judge {
     }
 
     /// The grasp was planned for observed poses. An engine that executes grasps says what was lifted, and only the target
-    /// alone counts; in any other the grasp holds if the geometric test passes for it at the true poses.
+    /// alone counts, or where there is none the body that the grasp was for; in any other the grasp holds if the geometric test passes for it at the true poses.
     fn grasp(&mut self, grasp: &Grasp) -> Result<Effect> {
         let Some(result) = self.engine.grasp(&mut self.scratch, &self.truth, grasp, &Stop::never()) else {
-            if grasp.body != self.target || !self.jaw.holds(&self.truth, grasp) {
+            if !self.wanted(grasp.body) || !self.jaw.holds(&self.truth, grasp) {
                 return Ok(Effect::Missed);
             }
-            self.truth.set_present(self.target, false);
+            self.truth.set_present(grasp.body, false);
             return Ok(Effect::Grasped);
         };
         if result.status == GraspStatus::Interrupted {
             return Err(Error::Internal("the judge's engine stopped in mid grasp".into()));
         }
-        let taken = grasp.body == self.target && result.took(self.target);
+        let taken = self.wanted(grasp.body) && result.took(grasp.body);
         // What was taken wrongly lies where the fingers let go of it. A pose in the plane cannot say how a fallen body
         // lies: then everything is put back.
         if taken || result.toppled.is_empty() && result.state.present() == self.truth.present() {
@@ -213,20 +221,21 @@ impl Judge {
     }
 }
 
-/// The scene with every friction scaled by a factor of its own.
-fn perturbed(scene: &Scene, spread: f64, key: Key) -> Scene {
-    let mut draw = key.stream();
-    let mut factor = || draw.uniform(1.0 - spread, 1.0 + spread);
-    let tip = factor();
-    let bodies: Vec<f64> = (0..scene.len()).map(|_| factor()).collect();
-    scene.with_scaled_friction(tip, &bodies)
+impl Judge {
+    /// The body may be taken.
+    fn wanted(&self, body: usize) -> bool {
+        match self.target {
+            Some(target) => body == target,
+            None => self.truth.is_present(body) && self.nominal.bodies().get(body).is_some_and(|b| b.pickable),
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::testing::{Claw, Slide, row, squeeze};
     use super::*;
-    use crate::geom::vec2;
+    use crate::geom::{Pose2, vec2};
     use crate::physics::GraspResult;
     use crate::scene::Mask;
 

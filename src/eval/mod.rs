@@ -12,10 +12,11 @@ pub mod arrange;
 #[cfg(feature = "bullet")]
 mod calibration;
 pub mod certificate;
+mod clear;
 mod closed_loop;
+pub mod clutter;
 mod crosscheck;
 mod fidelity;
-mod holds;
 mod judge;
 mod metrics;
 mod rearrange;
@@ -28,6 +29,10 @@ mod testing;
 
 #[cfg(feature = "bullet")]
 pub use calibration::{Confusion, GraspSample, grasp_samples};
+pub use clear::{
+    CLEAR_ACTIONS_PER_BODY, ClearCase, ClearEnd, ClearNumbers, ClearPolicy, ClearReport, ClearTrial, ClearTrials,
+    clear_cap, clear_case, clear_suite, clear_trial,
+};
 pub use closed_loop::{ClosedLoopOptions, DEFAULT_MAX_ACTIONS, Event, Policy, run_case, run_trial};
 pub use crosscheck::{Crosscheck, CrosscheckRow, crosscheck};
 pub use fidelity::{Against, AllAgreement, Fidelity, MOVED_POSITION, MOVED_ROTATION, MovedAgreement, compare};
@@ -41,4 +46,6 @@ pub use recording::{
     RecordParams, RecordedShape, RecordedTip, Recording, read as read_recordings, record, to_lines as recording_lines,
 };
 pub use report::{BudgetReport, Configuration, Report, run_suite};
-pub use suite::{Refused, Suite, is_original, max_actions, needs_push, push_travel, read_problem, with_gripper};
+pub use suite::{
+    Refused, Suite, is_original, max_actions, needs_push, needs_pushes, push_travel, read_problem, with_gripper,
+};

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::closed_loop::DEFAULT_MAX_ACTIONS;
 use crate::error::{Error, Result};
 use crate::grasp::{GraspParams, GraspScratch, GraspTest};
-use crate::plan::GraspDecision;
+use crate::plan::{Control, GraspDecision, Planner, PlannerOptions};
 use crate::scene::arc::{self, ArcOptions, ArcProfile};
 use crate::scene::generate::{Generator, GeneratorParams};
 use crate::scene::{Gripper, Problem};
@@ -126,6 +126,20 @@ pub fn needs_push(problem: &Problem) -> Result<bool> {
     let test = GraspTest::new(GraspParams::default())?;
     let best = test.best(&problem.scene, &problem.state, problem.target, &mut GraspScratch::default());
     Ok(best.is_none_or(|grasp| grasp.score < GraspDecision::default().execute_score))
+}
+
+/// Every plan of fewer than `pushes` pushes was tried and none frees the target, with the pushes and the model of the
+/// default planner and pushes of this length (metres).
+pub fn needs_pushes(problem: &Problem, pushes: u32, push_length: f64) -> Result<bool> {
+    if !needs_push(problem)? {
+        return Ok(pushes == 0);
+    }
+    if pushes < 2 {
+        return Ok(true);
+    }
+    let options = PlannerOptions { push_length: Some(push_length), ..PlannerOptions::default() };
+    let plan = Planner::new(options.search_only(pushes - 1)?)?.solve(problem, &Control::default())?;
+    Ok(plan.statistics.no_plan_within.is_some_and(|tried| tried >= pushes - 1))
 }
 
 /// Whether the file is one of the originals' test cases, by its name.

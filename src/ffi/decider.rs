@@ -1,4 +1,4 @@
-//! What is behind a planner's handle: a planner of retrievals or one of rearrangements.
+//! What is behind a planner's handle: a planner of retrievals, of rearrangements, or one that clears the table.
 
 use std::sync::Arc;
 
@@ -10,13 +10,33 @@ use super::scene::Bodies;
 use super::status::{Failure, Outcome};
 use crate::action::Move;
 use crate::error::{Error, Result};
+use crate::plan::clear::{CLEAR_PLANNERS, ClearOptions, ClearPlanner};
 use crate::plan::rearrange::{REARRANGE_PLANNERS, RearrangeOptions, RearrangePlanner};
 use crate::plan::{Planner, PlannerOptions};
 use crate::scene::AnyProblem;
 
-/// Whether a planner's id is one of rearrangements.
-pub(super) fn is_rearranger(id: &str) -> bool {
-    REARRANGE_PLANNERS.contains(&id)
+/// What a planner wants with a scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Asks {
+    /// A body to retrieve.
+    Target,
+    /// Goals of bodies.
+    Goals,
+    /// Nothing: every body is to be taken.
+    All,
+}
+
+impl Asks {
+    /// By a planner's id; one that does not exist is taken for one of retrievals.
+    pub fn of(id: &str) -> Asks {
+        if REARRANGE_PLANNERS.contains(&id) {
+            Asks::Goals
+        } else if CLEAR_PLANNERS.contains(&id) {
+            Asks::All
+        } else {
+            Asks::Target
+        }
+    }
 }
 
 pub(super) enum Decider {
@@ -26,12 +46,15 @@ pub(super) enum Decider {
         /// The first move of its last plan, to understand an executed action by.
         first: Option<Move>,
     },
+    Clear(Box<ClearPlanner>),
 }
 
 impl Decider {
     pub fn new(options: PlannerOptions) -> Result<Decider> {
-        if !is_rearranger(&options.planner) {
-            return Ok(Decider::Retrieve(Box::new(Planner::new(options)?)));
+        match Asks::of(&options.planner) {
+            Asks::Target => return Ok(Decider::Retrieve(Box::new(Planner::new(options)?))),
+            Asks::All => return Ok(Decider::Clear(Box::new(ClearPlanner::new(ClearOptions::of(options))?))),
+            Asks::Goals => {}
         }
         let options = RearrangeOptions {
             planner: options.planner,
@@ -44,6 +67,15 @@ impl Decider {
             ..RearrangeOptions::default()
         };
         Ok(Decider::Rearrange { planner: Box::new(RearrangePlanner::new(options)?), first: None })
+    }
+
+    /// What it wants with a scene.
+    pub fn asks(&self) -> Asks {
+        match self {
+            Decider::Retrieve(_) => Asks::Target,
+            Decider::Rearrange { .. } => Asks::Goals,
+            Decider::Clear(_) => Asks::All,
+        }
     }
 
     /// Makes the decision and says so in the log.
@@ -68,6 +100,14 @@ impl Decider {
                 let (outcome, actions, statistics) = (plan.outcome, plan.moves.len(), plan.statistics);
                 (Plan::of_moves(log, plan, bodies), outcome, actions, statistics)
             }
+            (Decider::Clear(planner), AnyProblem::Clearing(problem)) => {
+                let plan = match request.iterations {
+                    Some(iterations) => planner.step(problem, iterations, &request.control),
+                    None => planner.solve(problem, &request.control),
+                }?;
+                let (outcome, actions, statistics) = (plan.outcome, plan.actions.len(), plan.statistics);
+                (Plan::new(log, plan, bodies), outcome, actions, statistics)
+            }
             _ => return Err(Error::Internal("the problem is not of the planner's kind".into())),
         };
         log.emit(
@@ -89,6 +129,11 @@ impl Decider {
         match self {
             // SAFETY: as promised by the caller.
             Decider::Retrieve(planner) => Ok(planner.advance(&unsafe { read_action(action, bodies) }?)?),
+            Decider::Clear(planner) => {
+                // SAFETY: as promised by the caller.
+                planner.advance(&unsafe { read_action(action, bodies) }?);
+                Ok(false)
+            }
             Decider::Rearrange { planner, first } => {
                 // SAFETY: as promised by the caller.
                 let given = unsafe { read_move(action, bodies) }?;
@@ -111,6 +156,8 @@ impl Decider {
         match self {
             // SAFETY: as promised by the caller.
             Decider::Retrieve(planner) => planner.failed(&unsafe { read_action(action, bodies) }?),
+            // SAFETY: as promised by the caller.
+            Decider::Clear(planner) => planner.failed(&unsafe { read_action(action, bodies) }?),
             Decider::Rearrange { planner, first } => {
                 // SAFETY: as promised by the caller.
                 unsafe { read_move(action, bodies) }?;
@@ -124,6 +171,7 @@ impl Decider {
     pub fn reset(&mut self) {
         match self {
             Decider::Retrieve(planner) => planner.reset(),
+            Decider::Clear(planner) => planner.reset(),
             Decider::Rearrange { planner, first } => {
                 *first = None;
                 planner.reset();
@@ -131,11 +179,11 @@ impl Decider {
         }
     }
 
-    /// Bytes of the search tree; a planner of rearrangements keeps none between decisions.
+    /// Bytes of the search tree; the other planners keep none between decisions.
     pub fn memory_bytes(&self) -> usize {
         match self {
             Decider::Retrieve(planner) => planner.memory_bytes(),
-            Decider::Rearrange { .. } => 0,
+            Decider::Rearrange { .. } | Decider::Clear(_) => 0,
         }
     }
 }

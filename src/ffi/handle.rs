@@ -31,6 +31,7 @@ pub(super) enum Kind {
     Plan = 5,
     Cancel = 6,
     Simulator = 7,
+    Model = 8,
 }
 
 /// Something that C holds a handle to.

@@ -9,8 +9,9 @@
 //! | `guard` | what every function runs in: panics, last error, log |
 //! | `abi` | sized structs, strings, arrays, outputs |
 //! | `status`, `log`, `version` | status codes, log messages, versions and features |
-//! | `context`, `scene`, `body`, `planner`, `job`, `plan`, `cancel`, `progress`, `simulator` | one noun each |
+//! | `context`, `scene`, `body`, `planner`, `job`, `plan`, `cancel`, `progress`, `simulator`, `model` | one noun each |
 //! | `options`, `goal`, `scene_file` | more of scenes: gripper, workspace, friction; goals; files and the generator |
+//! | `image`, `camera` | images of scenes; scenes and poses from images |
 //! | `action` | actions, which plans and simulators share |
 //! | `decider` | the two kinds of planners behind a planner's handle |
 
@@ -21,14 +22,17 @@
 pub mod abi;
 pub mod action;
 pub mod body;
+pub mod camera;
 pub mod cancel;
 pub mod context;
 mod decider;
 pub mod goal;
 mod guard;
 mod handle;
+pub mod image;
 pub mod job;
 pub mod log;
+pub mod model;
 pub mod options;
 pub mod plan;
 pub mod planner;

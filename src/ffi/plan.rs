@@ -68,6 +68,17 @@ pub struct jostle_plan_statistics {
     pub confirm_simulations: u64,
     /// Wall-clock time of it, contained in `seconds`.
     pub confirm_seconds: f64,
+    /// 1 if no shorter plan exists in the planner's actions and model: every push of every state that fewer pushes lead
+    /// to was tried; else 0.
+    pub proved_shortest: u32,
+    /// Perturbed worlds that the next two are estimated from; 0 if the planner weighs no plans in such worlds, or had no
+    /// need to.
+    pub worlds: u32,
+    /// Probability that the target is out after no more actions than the plan has, if the robot looks and plans again
+    /// after every action.
+    pub success_chance: f64,
+    /// Mean number of actions until then.
+    pub expected_actions: f64,
 }
 
 // SAFETY: repr(C), struct_size first, numbers without padding.
@@ -90,6 +101,10 @@ unsafe impl Sized32 for jostle_plan_statistics {
             plans_confirmed: 0,
             confirm_simulations: 0,
             confirm_seconds: 0.0,
+            proved_shortest: 0,
+            worlds: 0,
+            success_chance: 0.0,
+            expected_actions: 0.0,
         }
     }
 }
@@ -428,6 +443,49 @@ pub unsafe extern "C" fn jostle_plan_considered(
     })
 }
 
+/// Where the bodies are expected after a first action that was considered (`index` as in jostle_plan_considered()), and
+/// what it came to in perturbed worlds: the probability that the target is out after no more actions than the best plan
+/// that begins so, and the mean number of actions. Both are 0 for an action that was not weighed in such worlds.
+///
+/// Thread: shared use of plan.
+/// RT: no.
+/// Nullable: buffer (with capacity 0: asks for the count), success_chance, expected_actions.
+/// Owns: the caller owns the buffer.
+/// Errors: ARGUMENT (null), HANDLE, BUFFER (count was written), NOT_FOUND (no such action, or a plan that moves bodies to
+/// goals).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_plan_explain(
+    plan: *const jostle_plan,
+    index: usize,
+    success_chance: *mut f64,
+    expected_actions: *mut f64,
+    buffer: *mut jostle_body_pose,
+    capacity: usize,
+    count: *mut usize,
+) -> jostle_status {
+    with("jostle_plan_explain", plan, |plan| {
+        // SAFETY: the caller promises a writable place.
+        unsafe { out(count, "count") }?;
+        let considered = match &plan.made {
+            Made::Retrieval(made) => made.considered.get(index),
+            Made::Rearrangement(_) => None,
+        };
+        let action = considered.ok_or_else(|| {
+            Failure::new(JOSTLE_ERROR_NOT_FOUND, format!("index: is {index}; no such action is explained"))
+        })?;
+        // SAFETY: the caller promises writable places where they are not null, and room for `capacity` poses.
+        unsafe {
+            for (place, value) in [(success_chance, action.success_chance), (expected_actions, action.expected_actions)]
+            {
+                if !place.is_null() {
+                    out(place, "number")?.set(value.unwrap_or(0.0));
+                }
+            }
+            fill(buffer, capacity, count, &plan.bodies.poses(&action.predicted))
+        }
+    })
+}
+
 /// Sets every field to its default; `size` is sizeof(jostle_plan_statistics) as the caller was compiled.
 /// jostle_plan_statistics_default() in this header does it for you.
 ///
@@ -477,6 +535,10 @@ pub unsafe extern "C" fn jostle_plan_get_statistics(
             plans_confirmed: s.plans_confirmed,
             confirm_simulations: s.confirm_simulations,
             confirm_seconds: s.confirm_seconds,
+            proved_shortest: u32::from(s.proved_shortest),
+            worlds: s.worlds.try_into().unwrap_or(u32::MAX),
+            success_chance: s.success_chance.unwrap_or(0.0),
+            expected_actions: s.expected_actions.unwrap_or(0.0),
         };
         // SAFETY: the caller promises an initialised struct.
         unsafe { write_sized(statistics, "statistics", &value) }
@@ -544,7 +606,8 @@ fn retrieval_json(p: &plan::Plan) -> serde_json::Value {
         .map(|r| {
             serde_json::json!({
                 "action": r.action, "value": r.value, "best_return": r.best_return, "visits": r.visits,
-                "prior": r.prior, "solution_actions": r.solution_level,
+                "prior": r.prior, "solution_actions": r.solution_level, "success_chance": r.success_chance,
+                "expected_actions": r.expected_actions, "predicted": r.predicted.iter().collect::<Vec<_>>(),
             })
         })
         .collect();

@@ -10,10 +10,11 @@ use super::abi::{
 use super::action::jostle_action;
 use super::cancel::{Cancel, jostle_cancel};
 use super::context::{Context, MAX_THREADS, jostle_context};
-use super::decider::{Decider, is_rearranger};
+use super::decider::{Asks, Decider};
 use super::guard::{self, Call, free, guard};
 use super::handle::{Kind, Object};
 use super::log::Log;
+use super::model::{LoadedModel, jostle_model};
 use super::plan::{Plan, jostle_plan};
 use super::progress::{Listener, Publisher, jostle_progress, jostle_progress_callback};
 use super::scene::{Bodies, Scene, jostle_scene};
@@ -49,11 +50,12 @@ pub struct jostle_planner_options {
     /// Worker threads; 0 runs everything on the caller. Never changes a plan made within a limit of iterations.
     /// JOSTLE_THREADS_OF_CONTEXT by default.
     pub threads: u32,
-    /// "pmbs" or "mcts" to retrieve a target, "untangle", "pmmr" or "hbfs" to bring bodies to the scene's goals; null
-    /// (the default) for "pmbs". The options on pushes, grasps and engines are for retrieval only.
+    /// "hedge", "pmbs", "mcts", "more", "ppn", "vft" or "dipn" to retrieve a target, "untangle", "pmmr" or "hbfs" to bring
+    /// bodies to the scene's goals, "greedy" (or a baseline, "random_push" or "grasp_only") to take everything off the table;
+    /// null (the default) for "hedge". The options on pushes, grasps and engines are not for rearrangements.
     pub planner: *const c_char,
-    /// Engine that predicts what a push does: "rapier", "planar", "prism" or "bullet"; null (the default) for the
-    /// planner's own.
+    /// Engine that predicts what a push does: "rapier", "planar", "prism", "bullet" or the network "dipn"; null (the
+    /// default) for the planner's own.
     pub engine: *const c_char,
     /// The engine's preset, "fast" or "fine" among others; null (the default) for the one that suits planning.
     pub preset: *const c_char,
@@ -86,6 +88,18 @@ pub struct jostle_planner_options {
     /// search can afford: "ENGINE" or "ENGINE:PRESET", such as "prism:fine"; "none" for no trying; null (the default)
     /// for the planner's own choice.
     pub confirm: *const c_char,
+    /// What says how good a state is: "geometric", or the networks "gc" (graspable or not) or "gn" (grasp map); null (the
+    /// default) for the planner's own.
+    pub scorer: *const c_char,
+    /// The scorer's network; null (the default) for the built-in one. The planner keeps it.
+    pub scorer_model: *const jostle_model,
+    /// The network of the engine "dipn"; null (the default) for the one that `preset` names: a built-in network or a file.
+    /// The planner keeps it.
+    pub engine_model: *const jostle_model,
+    /// What values pushes before they are tried: "ppn", a network, or "none"; null (the default) for the planner's own.
+    pub prior: *const c_char,
+    /// The network that values pushes; null (the default) for the built-in one. The planner keeps it.
+    pub prior_model: *const jostle_model,
 }
 
 // SAFETY: repr(C), struct_size first, numbers and pointers without padding.
@@ -113,6 +127,11 @@ unsafe impl Sized32 for jostle_planner_options {
             variant: JOSTLE_VARIANT_TUNED,
             reserved: 0,
             confirm: std::ptr::null(),
+            scorer: std::ptr::null(),
+            scorer_model: std::ptr::null(),
+            engine_model: std::ptr::null(),
+            prior: std::ptr::null(),
+            prior_model: std::ptr::null(),
         }
     }
 }
@@ -161,8 +180,8 @@ pub(super) struct Planner {
 pub(super) struct Shared {
     pub deciding: Mutex<Deciding>,
     pub publisher: Publisher,
-    /// It takes scenes with goals, and no target.
-    rearranges: bool,
+    /// What it takes.
+    asks: Asks,
 }
 
 pub(super) struct Deciding {
@@ -218,17 +237,20 @@ impl Request {
         }
         let scene = call.open::<Scene>(scene, "scene")?;
         let content = guard::read(&scene.content, "scene")?;
-        let (problem, bodies) = if shared.rearranges {
-            if target.id != 0 {
-                let reason = "is a body; a planner of rearrangements takes a zero target and the scene's goals";
-                return Err(Failure::argument("target", reason));
+        let (problem, bodies) = match shared.asks {
+            Asks::Target => content.problem(target).map(|(problem, bodies)| (AnyProblem::Retrieval(problem), bodies)),
+            _ if target.id != 0 => {
+                let reason = match shared.asks {
+                    Asks::Goals => "is a body; a planner of rearrangements takes a zero target and the scene's goals",
+                    _ => "is a body; a planner that clears the table takes a zero target",
+                };
+                Err(Failure::argument("target", reason))
             }
-            let (problem, bodies) = content.rearrangement()?;
-            (AnyProblem::Rearrangement(problem), bodies)
-        } else {
-            let (problem, bodies) = content.problem(target)?;
-            (AnyProblem::Retrieval(problem), bodies)
-        };
+            Asks::Goals => {
+                content.rearrangement().map(|(problem, bodies)| (AnyProblem::Rearrangement(problem), bodies))
+            }
+            Asks::All => content.clearing().map(|(problem, bodies)| (AnyProblem::Clearing(problem), bodies)),
+        }?;
         drop(content);
         let listener = options.progress.map(|callback| Listener {
             callback: Some(callback),
@@ -294,9 +316,13 @@ pub unsafe extern "C" fn jostle_solve_options_init(options: *mut jostle_solve_op
     guard("jostle_solve_options_init", |_| unsafe { init_sized(options, "options", size) })
 }
 
-unsafe fn engine_options(options: *const jostle_planner_options, context: &Context) -> Outcome<PlannerOptions> {
+unsafe fn engine_options(
+    call: &mut Call,
+    options: *const jostle_planner_options,
+    context: &Context,
+) -> Outcome<PlannerOptions> {
     // SAFETY: the caller promises an initialised struct and texts.
-    let (o, planner, engine, preset, sampler, confirm) = unsafe {
+    let (o, planner, engine, preset, sampler, confirm, scorer, prior) = unsafe {
         let o = read_sized_or_default(options, "options")?;
         (
             o,
@@ -305,6 +331,8 @@ unsafe fn engine_options(options: *const jostle_planner_options, context: &Conte
             optional_text(o.preset, "options.preset")?,
             optional_text(o.sampler, "options.sampler")?,
             optional_text(o.confirm, "options.confirm")?,
+            optional_text(o.scorer, "options.scorer")?,
+            optional_text(o.prior, "options.prior")?,
         )
     };
     let threads = if o.threads == JOSTLE_THREADS_OF_CONTEXT { context.threads } else { o.threads };
@@ -317,6 +345,15 @@ unsafe fn engine_options(options: *const jostle_planner_options, context: &Conte
         JOSTLE_VARIANT_TUNED => Variant::Tuned,
         other => return Err(Failure::argument("options.variant", format!("is {other}; no variant has this number"))),
     };
+    let mut network = |handle: *const jostle_model, field: &str| match handle.is_null() {
+        true => Ok(None),
+        false => call.open::<LoadedModel>(handle, field).map(|loaded| Some(loaded.model.clone())),
+    };
+    let scorer_model = network(o.scorer_model, "options.scorer_model")?;
+    let engine_model = network(o.engine_model, "options.engine_model")?;
+    let prior_model = network(o.prior_model, "options.prior_model")?;
+    // The model takes the preset's place.
+    let preset = preset.or((engine == Some("dipn") && engine_model.is_some()).then_some("given"));
     let limit = |value: u64| (value != JOSTLE_NO_LIMIT).then_some(value);
     let usual = PlannerOptions::default();
     let mut options = PlannerOptions {
@@ -329,6 +366,11 @@ unsafe fn engine_options(options: *const jostle_planner_options, context: &Conte
             seconds: (o.max_seconds != f64::INFINITY).then_some(o.max_seconds),
             bytes: limit(o.max_bytes).map(|bytes| usize::try_from(bytes).unwrap_or(usize::MAX)),
         },
+        scorer: scorer.map(String::from),
+        scorer_model,
+        engine_model,
+        prior: prior.map(String::from),
+        prior_model,
         seed: o.seed,
         threads: threads as usize,
         lanes: (o.lanes != 0).then_some(o.lanes as usize),
@@ -336,10 +378,15 @@ unsafe fn engine_options(options: *const jostle_planner_options, context: &Conte
         variant,
         ..usual
     };
-    options.set_physics(engine, preset).map_err(c_field)?;
+    match (Asks::of(&options.planner), engine, preset) {
+        // A preset alone is one of the planner's own engine, which those that clear the table search with too.
+        (Asks::All, None, Some(_)) => options.set_physics(Some("planar"), preset),
+        (_, engine, preset) => options.set_physics(engine, preset),
+    }
+    .map_err(c_field)?;
     options.set_confirm(confirm).map_err(c_field)?;
-    // Those of rearrangements are checked when the planner is made.
-    if !is_rearranger(&options.planner) {
+    // Those of the other planners are checked when the planner is made.
+    if Asks::of(&options.planner) == Asks::Target {
         options.validate().map_err(c_field)?;
     }
     Ok(options)
@@ -370,8 +417,8 @@ fn c_field(error: Error) -> Failure {
 /// RT: no.
 /// Nullable: options (all defaults).
 /// Owns: the caller owns *planner and frees it with jostle_planner_free; `options` is copied.
-/// Errors: ARGUMENT (null, an option: the message names it), HANDLE, NOT_FOUND (an unknown planner, engine, preset or
-/// sampler: the message lists the known), UNSUPPORTED, MEMORY, ABI.
+/// Errors: ARGUMENT (null, an option: the message names it), HANDLE, NOT_FOUND (an unknown planner, engine, preset, sampler
+/// or scorer: the message lists the known), UNSUPPORTED, MEMORY, ABI, and what jostle_model_load returns.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn jostle_planner_new(
     context: *const jostle_context,
@@ -383,11 +430,11 @@ pub unsafe extern "C" fn jostle_planner_new(
         let out = unsafe { out_handle(planner, "planner") }?;
         let context = call.open::<Context>(context, "context")?;
         // SAFETY: the caller promises an initialised struct and texts.
-        let options = unsafe { engine_options(options, &context) }?;
+        let options = unsafe { engine_options(call, options, &context) }?;
         let engine = Decider::new(options).map_err(c_field)?;
-        let rearranges = matches!(engine, Decider::Rearrange { .. });
+        let asks = engine.asks();
         let deciding = Deciding { engine, bodies: Bodies::default(), broken: false };
-        let shared = Shared { deciding: Mutex::new(deciding), publisher: Publisher::new(), rearranges };
+        let shared = Shared { deciding: Mutex::new(deciding), publisher: Publisher::new(), asks };
         out.give(Planner { log: Arc::clone(&context.log), shared: Arc::new(shared) })
     })
 }
@@ -430,7 +477,8 @@ unsafe fn decide(
 }
 
 /// Decides what to do to retrieve `target`, within the planner's limits, and waits for it. A planner of rearrangements
-/// is given a zero target, and brings the scene's bodies to their goals. The search tree that
+/// is given a zero target, and brings the scene's bodies to their goals; so is one that clears the table, whose answer is
+/// solved and without actions when nothing is left to be taken. The search tree that
 /// jostle_planner_advance kept is used if the scene is the one that was expected. The scene may be changed by other
 /// threads meanwhile: the planner has its own copy.
 ///

@@ -17,8 +17,8 @@ use crate::error::Error;
 use crate::geom::Pose2;
 use crate::grasp::{GraspParams, GraspScratch, GraspTest};
 use crate::scene::{
-    BodyDef, DEFAULT_OVERLAP_TOLERANCE, Friction, Goal, Gripper, MAX_BODIES, Problem, Rearrangement, Scene as Model,
-    SceneBuilder, State, Workspace,
+    BodyDef, Clearing, DEFAULT_OVERLAP_TOLERANCE, Friction, Goal, Gripper, MAX_BODIES, Problem, Rearrangement,
+    Scene as Model, SceneBuilder, State, Workspace,
 };
 
 /// What a robot knows of its table: bodies and where they are, gripper, workspace, friction. Opaque.
@@ -157,7 +157,21 @@ impl Content {
         self.grasps = OnceLock::new();
     }
 
-    fn model(&self) -> Outcome<Arc<Model>> {
+    /// Adds a body whose name, where it is taken, gets a number.
+    pub fn add(&mut self, mut def: BodyDef, pose: Pose2) -> Outcome<jostle_body> {
+        if self.defs.len() == MAX_BODIES {
+            return Err(Failure::argument("scene", format!("holds {MAX_BODIES} bodies, the most it can")));
+        }
+        let name = def.name.clone();
+        let mut number = 1;
+        while self.defs.iter().any(|known| known.name == def.name) {
+            number += 1;
+            def.name = format!("{name} ({number})");
+        }
+        Ok(self.push(def, pose, true))
+    }
+
+    pub fn model(&self) -> Outcome<Arc<Model>> {
         if let Some(model) = self.model.get() {
             return Ok(Arc::clone(model));
         }
@@ -182,7 +196,7 @@ impl Content {
         Ok(Arc::clone(self.grasps.get_or_init(|| test)))
     }
 
-    fn state(&self) -> State {
+    pub fn state(&self) -> State {
         let mut state = State::new(self.poses.iter().copied());
         for (i, &present) in self.present.iter().enumerate() {
             state.set_present(i, present);
@@ -211,6 +225,12 @@ impl Content {
         }
         let Observed { model, state, bodies } = self.observed()?;
         Ok((Rearrangement::new(self.name.clone(), model, state, self.goals.clone())?, bodies))
+    }
+
+    /// The problem of taking everything off the table, checked. Goals do not matter to it.
+    pub fn clearing(&self) -> Outcome<(Clearing, Bodies)> {
+        let Observed { model, state, bodies } = self.observed()?;
+        Ok((Clearing::new(self.name.clone(), model, state)?, bodies))
     }
 
     fn hash(&self) -> Outcome<u64> {

@@ -36,6 +36,9 @@ unsafe fn give(
         AnyProblem::Rearrangement(problem) => {
             (Content::of(&problem.name, &problem.scene, &problem.start, &problem.goals), jostle_body::default())
         }
+        AnyProblem::Clearing(problem) => {
+            (Content::of(&problem.name, &problem.scene, &problem.state, &[]), jostle_body::default())
+        }
     };
     handle.give(Scene::new(&log, content))?;
     target.set(id);
@@ -43,7 +46,7 @@ unsafe fn give(
 }
 
 /// Reads a problem's file (JSON, see docs/scene-format.md): the scene, and the body to retrieve. Of a rearrangement, the
-/// scene with its goals, and zero.
+/// scene with its goals, and zero; of a table to clear, the scene, and zero.
 ///
 /// Thread: any.
 /// RT: no.
@@ -63,15 +66,16 @@ pub unsafe extern "C" fn jostle_scene_read(
     })
 }
 
-/// Writes the problem of retrieving `target`, or with a zero target that of bringing the bodies to their goals, as a
-/// file (JSON) that jostle_scene_read and the command-line tool read.
+/// Writes the problem of retrieving `target`, or with a zero target that of bringing the bodies to their goals where
+/// one has a goal, else that of taking everything off the table, as a file (JSON) that jostle_scene_read and the
+/// command-line tool read.
 ///
 /// Thread: shared use of scene.
 /// RT: no.
 /// Nullable: none.
 /// Owns: nothing.
-/// Errors: ARGUMENT (null, not UTF-8, zero target of a scene without goals, absent target, bodies that overlap, goals
-/// that do not fit), HANDLE, BUSY, NOT_FOUND (target), IO, POISONED.
+/// Errors: ARGUMENT (null, not UTF-8, absent target, bodies that overlap, goals that do not fit), HANDLE, BUSY,
+/// NOT_FOUND (target), IO, POISONED.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn jostle_scene_write(
     scene: *const jostle_scene,
@@ -83,6 +87,9 @@ pub unsafe extern "C" fn jostle_scene_write(
         let path = unsafe { text(path, "path") }?;
         if target.id == 0 && content.goals.iter().any(Option::is_some) {
             return Ok(content.rearrangement()?.0.write(path)?);
+        }
+        if target.id == 0 {
+            return Ok(content.clearing()?.0.write(path)?);
         }
         Ok(content.problem(target)?.0.write(path)?)
     })

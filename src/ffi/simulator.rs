@@ -26,7 +26,7 @@ pub type jostle_effect = i32;
 pub const JOSTLE_EFFECT_PUSHED: jostle_effect = 1;
 /// The fingers would come down on a body; nothing was executed.
 pub const JOSTLE_EFFECT_BLOCKED: jostle_effect = 2;
-/// The target was grasped and taken away.
+/// The target, or in a world without one the body of the grasp, was grasped and taken away.
 pub const JOSTLE_EFFECT_GRASPED: jostle_effect = 3;
 /// The grasp does not hold where the bodies really are, or is not one of the target; nothing changed.
 pub const JOSTLE_EFFECT_MISSED: jostle_effect = 4;
@@ -115,14 +115,14 @@ pub unsafe extern "C" fn jostle_simulator_options_init(
     guard("jostle_simulator_options_init", |_| unsafe { init_sized(options, "options", size) })
 }
 
-/// Makes a world that begins where `scene` is; later changes of the scene do not reach it.
+/// Makes a world that begins where `scene` is; later changes of the scene do not reach it. With a zero target every
+/// pickable body may be taken.
 ///
 /// Thread: any; shared use of scene for a moment.
 /// RT: no.
 /// Nullable: options (all defaults).
 /// Owns: the caller owns *simulator and frees it with jostle_simulator_free; `options` is copied.
-/// Errors: ARGUMENT (null, an option: the message names it, zero target, target absent or not pickable, bodies that
-/// overlap), HANDLE, BUSY, NOT_FOUND (target, engine, preset), UNSUPPORTED, POISONED, MEMORY, ABI.
+/// Errors: ARGUMENT (null, an option: the message names it, target absent or not pickable, bodies that overlap), HANDLE, BUSY, NOT_FOUND (target, engine, preset), UNSUPPORTED, POISONED, MEMORY, ABI.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn jostle_simulator_new(
     context: *const jostle_context,
@@ -152,7 +152,7 @@ pub unsafe extern "C" fn jostle_simulator_new(
         }
         let physics = PhysicsOptions::named(engine.unwrap_or("rapier"), preset, Purpose::Judging).map_err(c_field)?;
         let scene = call.open::<Scene>(scene, "scene")?;
-        let (problem, bodies) = guard::read(&scene.content, "scene")?.problem(target)?;
+        let content = guard::read(&scene.content, "scene")?;
         let options = JudgeOptions {
             physics,
             friction_spread: o.friction_spread,
@@ -160,7 +160,14 @@ pub unsafe extern "C" fn jostle_simulator_new(
             noise_rotation_rad: o.angle_noise,
             seed: o.seed,
         };
-        let world = Judge::new(&problem, &options, 0)?;
+        let (world, bodies) = if target.id == 0 {
+            let (problem, bodies) = content.clearing()?;
+            (Judge::of_clearing(&problem, &options, 0)?, bodies)
+        } else {
+            let (problem, bodies) = content.problem(target)?;
+            (Judge::new(&problem, &options, 0)?, bodies)
+        };
+        drop(content);
         out.give(Simulator { log: Arc::clone(&context.log), bodies, world: Mutex::new(world) })
     })
 }
@@ -279,7 +286,8 @@ pub unsafe extern "C" fn jostle_simulator_poses(
     })
 }
 
-/// Writes 1 to *left if the target is outside of the workspace, by the workspace's rule, else 0.
+/// Writes 1 to *left if the target, or in a world without one any body, is outside of the workspace, by the workspace's
+/// rule, else 0.
 ///
 /// Thread: exclusive use of simulator.
 /// RT: no.

@@ -4,7 +4,7 @@ use std::cell::UnsafeCell;
 use std::ffi::{CStr, c_char};
 use std::fmt::{self, Write};
 
-use crate::error::Error;
+use crate::error::{Error, ModelFault};
 
 /// What a call returns: 0 or one of the negative `JOSTLE_ERROR_` numbers. Numbers are never given a new meaning.
 pub type jostle_status = i32;
@@ -29,7 +29,7 @@ pub const JOSTLE_ERROR_UNSUPPORTED: jostle_status = -7;
 pub const JOSTLE_ERROR_IO: jostle_status = -8;
 /// A file or text was read but does not say what it should.
 pub const JOSTLE_ERROR_FORMAT: jostle_status = -9;
-/// A network's file does not fit its use. (Kept for networks; no call returns it yet.)
+/// A network could not be run: it or its runtime gave what no network of its kind may give.
 pub const JOSTLE_ERROR_MODEL: jostle_status = -10;
 /// The memory limit does not suffice.
 pub const JOSTLE_ERROR_MEMORY: jostle_status = -11;
@@ -41,6 +41,30 @@ pub const JOSTLE_ERROR_PANIC: jostle_status = -13;
 pub const JOSTLE_ERROR_POISONED: jostle_status = -14;
 /// Header and library, or a struct and the library, do not fit together.
 pub const JOSTLE_ERROR_ABI: jostle_status = -15;
+/// A network's file is empty.
+pub const JOSTLE_ERROR_MODEL_EMPTY: jostle_status = -16;
+/// A network's file is too big.
+pub const JOSTLE_ERROR_MODEL_TOO_BIG: jostle_status = -17;
+/// A network's file is a Git LFS pointer; fetch the file itself with `git lfs pull`.
+pub const JOSTLE_ERROR_MODEL_LFS_POINTER: jostle_status = -18;
+/// A network's file is no ONNX model, or is cut off.
+pub const JOSTLE_ERROR_MODEL_PARSE: jostle_status = -19;
+/// Nothing that runs networks was found, or it is too old; the message says where it was looked for.
+pub const JOSTLE_ERROR_MODEL_RUNTIME: jostle_status = -20;
+/// The runtime refuses the network; the message has its reason.
+pub const JOSTLE_ERROR_MODEL_SESSION: jostle_status = -21;
+/// A network's file is not the one that its SHA-256 names.
+pub const JOSTLE_ERROR_MODEL_HASH: jostle_status = -22;
+/// A network is of another kind than asked for, or does not say of which.
+pub const JOSTLE_ERROR_MODEL_KIND: jostle_status = -23;
+/// A network has an interface that this version does not know.
+pub const JOSTLE_ERROR_MODEL_INTERFACE: jostle_status = -24;
+/// An input or output of a network has another name, type or shape than its interface.
+pub const JOSTLE_ERROR_MODEL_IO_MISMATCH: jostle_status = -25;
+/// A network was made for another configuration: gripper, pixel, image size, angles.
+pub const JOSTLE_ERROR_MODEL_SPEC_MISMATCH: jostle_status = -26;
+/// A network does not give what it gave where it was exported.
+pub const JOSTLE_ERROR_MODEL_SELFTEST: jostle_status = -27;
 
 /// Why a call failed.
 #[derive(Debug)]
@@ -86,6 +110,22 @@ impl From<Error> for Failure {
             Error::Io { .. } => JOSTLE_ERROR_IO,
             Error::Format { .. } => JOSTLE_ERROR_FORMAT,
             Error::Memory(_) => JOSTLE_ERROR_MEMORY,
+            Error::Runtime(_) => JOSTLE_ERROR_MODEL_RUNTIME,
+            Error::Model { fault, .. } => match fault {
+                ModelFault::Missing => JOSTLE_ERROR_NOT_FOUND,
+                ModelFault::Empty => JOSTLE_ERROR_MODEL_EMPTY,
+                ModelFault::TooBig => JOSTLE_ERROR_MODEL_TOO_BIG,
+                ModelFault::LfsPointer => JOSTLE_ERROR_MODEL_LFS_POINTER,
+                ModelFault::NotOnnx => JOSTLE_ERROR_MODEL_PARSE,
+                ModelFault::Session => JOSTLE_ERROR_MODEL_SESSION,
+                ModelFault::Hash => JOSTLE_ERROR_MODEL_HASH,
+                ModelFault::Kind => JOSTLE_ERROR_MODEL_KIND,
+                ModelFault::Interface => JOSTLE_ERROR_MODEL_INTERFACE,
+                ModelFault::Tensors => JOSTLE_ERROR_MODEL_IO_MISMATCH,
+                ModelFault::Spec => JOSTLE_ERROR_MODEL_SPEC_MISMATCH,
+                ModelFault::SelfTest => JOSTLE_ERROR_MODEL_SELFTEST,
+                ModelFault::Run => JOSTLE_ERROR_MODEL,
+            },
             Error::Internal(_) => JOSTLE_ERROR_PANIC,
         };
         Failure { status, message: error.to_string() }
@@ -174,6 +214,18 @@ pub extern "C" fn jostle_status_name(status: jostle_status) -> *const c_char {
         JOSTLE_ERROR_PANIC => c"JOSTLE_ERROR_PANIC",
         JOSTLE_ERROR_POISONED => c"JOSTLE_ERROR_POISONED",
         JOSTLE_ERROR_ABI => c"JOSTLE_ERROR_ABI",
+        JOSTLE_ERROR_MODEL_EMPTY => c"JOSTLE_ERROR_MODEL_EMPTY",
+        JOSTLE_ERROR_MODEL_TOO_BIG => c"JOSTLE_ERROR_MODEL_TOO_BIG",
+        JOSTLE_ERROR_MODEL_LFS_POINTER => c"JOSTLE_ERROR_MODEL_LFS_POINTER",
+        JOSTLE_ERROR_MODEL_PARSE => c"JOSTLE_ERROR_MODEL_PARSE",
+        JOSTLE_ERROR_MODEL_RUNTIME => c"JOSTLE_ERROR_MODEL_RUNTIME",
+        JOSTLE_ERROR_MODEL_SESSION => c"JOSTLE_ERROR_MODEL_SESSION",
+        JOSTLE_ERROR_MODEL_HASH => c"JOSTLE_ERROR_MODEL_HASH",
+        JOSTLE_ERROR_MODEL_KIND => c"JOSTLE_ERROR_MODEL_KIND",
+        JOSTLE_ERROR_MODEL_INTERFACE => c"JOSTLE_ERROR_MODEL_INTERFACE",
+        JOSTLE_ERROR_MODEL_IO_MISMATCH => c"JOSTLE_ERROR_MODEL_IO_MISMATCH",
+        JOSTLE_ERROR_MODEL_SPEC_MISMATCH => c"JOSTLE_ERROR_MODEL_SPEC_MISMATCH",
+        JOSTLE_ERROR_MODEL_SELFTEST => c"JOSTLE_ERROR_MODEL_SELFTEST",
         _ => c"unknown status",
     };
     name.as_ptr()
@@ -202,7 +254,7 @@ mod tests {
     #[test]
     fn every_error_has_a_status_and_every_status_a_name() {
         assert_eq!(Failure::from(Error::argument("a", "b")).message, "a: b");
-        for status in -15..=0 {
+        for status in -27..=0 {
             // SAFETY: the names are literals.
             let name = unsafe { CStr::from_ptr(jostle_status_name(status)) };
             assert!(name.to_str().unwrap().starts_with("JOSTLE_"), "{status}");

@@ -5,6 +5,7 @@ use std::ffi::{CStr, c_char};
 use super::guard::guard;
 use super::handle;
 use super::status::{Failure, JOSTLE_ERROR_ABI, jostle_status};
+use crate::net::BUILTINS;
 use crate::physics::EngineInfo;
 
 /// Version of the binary interface: the number at the end of the shared library's name (soname). It rises only when
@@ -15,7 +16,7 @@ pub const JOSTLE_ABI_VERSION: u32 = 0;
 pub const JOSTLE_FEATURE_RAPIER: i32 = 1;
 /// The engine `bullet`.
 pub const JOSTLE_FEATURE_BULLET: i32 = 2;
-/// Trained networks.
+/// Trained networks are built in. Files can be loaded in any build, where there is a runtime.
 pub const JOSTLE_FEATURE_NETWORKS: i32 = 3;
 /// The engine `planar`.
 pub const JOSTLE_FEATURE_PLANAR: i32 = 4;
@@ -124,6 +125,9 @@ pub extern "C" fn jostle_build_info() -> *const c_char {
 /// Errors: none.
 #[unsafe(no_mangle)]
 pub extern "C" fn jostle_feature(feature: i32) -> u32 {
+    if feature == JOSTLE_FEATURE_NETWORKS {
+        return u32::from(!BUILTINS.is_empty());
+    }
     let engine = match feature {
         JOSTLE_FEATURE_RAPIER => "rapier",
         JOSTLE_FEATURE_BULLET => "bullet",

@@ -7,6 +7,7 @@ mod apart;
 mod clearance;
 mod decompose;
 mod footprint;
+mod outline;
 mod polygon;
 mod pose;
 

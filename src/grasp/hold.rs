@@ -174,7 +174,7 @@ impl GraspScore {
         let square = |x: f64, limit: f64| if limit > 0.0 { (x / limit).clamp(0.0, 1.0).powi(2) } else { 0.0 };
         (face / self.full_face).min(1.0)
             * (1.0 - (1.0 - self.wedge_floor) * square(wedge, max_wedge))
-            * (1.0 - (1.0 - self.turn_floor) * square(turn, std::f64::consts::FRAC_PI_4))
+            * (1.0 - (1.0 - self.turn_floor) * square(turn, self.full_turn))
             * ramp(self.width_floor, spare / self.full_width_spare)
     }
 

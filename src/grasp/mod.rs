@@ -7,12 +7,24 @@
 //! | `hold` | what the jaw finds between its pads: width, cover, wedge; and the score |
 //! | `table` | the holds of a body that its own shape allows, worked out once for a scene |
 //! | `test` | [`GraspTest`]: the best grasp of a body in a state; [`GraspCheck`]: one grasp examined |
+//! | `dense` | the score of every grasp on a grid of positions and directions |
+//! | `graspability` | [`GraspabilityScorer`]: a network of kind `gc` as a scorer |
+//! | `map` | [`MapScorer`]: a network of kind `gn` as a scorer |
+//! | `choice` | [`SCORERS`], [`Networks`], [`scorer`]: a scorer by its name |
+//! | `holds` | [`Jaw`]: whether a grasp that was planned for observed poses holds at the true ones |
 //! | `scorer` | [`Scorer`], the interface of everything that says how good a state is, and [`GeometricScorer`] |
 //!
 //! The jaw's frame has x along the closing direction and y along the pads.
 
+mod choice;
+mod dense;
+mod graspability;
 mod hold;
+mod holds;
 mod jaw;
+mod map;
+#[cfg(test)]
+mod network_tests;
 mod params;
 mod scorer;
 mod table;
@@ -20,6 +32,11 @@ mod test;
 #[cfg(test)]
 mod tests;
 
+pub use choice::{Networks, SCORERS, check_scorer, scorer};
+pub use dense::GraspGrid;
+pub use graspability::GraspabilityScorer;
+pub use holds::Jaw;
+pub use map::MapScorer;
 pub use params::{GraspParams, GraspScore};
 pub use scorer::{GeometricScorer, GraspAssessment, Scorer};
 pub use test::{GraspCheck, GraspScratch, GraspTest, Limit};

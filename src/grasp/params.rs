@@ -38,7 +38,7 @@ pub struct GraspParams {
 /// near the opening is forced):
 /// * `face = min(1, f / full_face)`, `f` the length of the target along the pads within one pad width of their middle;
 /// * `wedge = 1 - (1 - wedge_floor) (w / max_wedge)^2`, `w` the angle between the gripped faces;
-/// * `turn = 1 - (1 - turn_floor) min(1, t / 45 deg)^2`, `t` the least turn that lays a face flat on its pad;
+/// * `turn = 1 - (1 - turn_floor) min(1, t / full_turn)^2`, `t` the least turn that lays a face flat on its pad;
 /// * `width = width_floor + (1 - width_floor) min(1, s / full_width_spare)`, `s` the spare width on each side;
 /// * `clearance = clearance_floor + (1 - clearance_floor) min(1, c / full_clearance)`, `c` the spare clearance of the
 ///   fingers and the jaw from the other bodies (graspable on one candidate alone: robust in 0.45 to 0.55 of trials).
@@ -49,8 +49,10 @@ pub struct GraspScore {
     pub full_face: f64,
     /// Factor at the greatest wedge that the gripper allows.
     pub wedge_floor: f64,
-    /// Factor at a turn of 45 degrees or more.
+    /// Factor at a turn of `full_turn` or more.
     pub turn_floor: f64,
+    /// Radians; 45 degrees by default, at which a square is gripped by opposite corners.
+    pub full_turn: f64,
     /// Metres.
     pub full_width_spare: f64,
     pub width_floor: f64,
@@ -81,6 +83,7 @@ impl Default for GraspScore {
             full_face: 0.0385,
             wedge_floor: 0.25,
             turn_floor: 0.1,
+            full_turn: std::f64::consts::FRAC_PI_4,
             full_width_spare: 0.005,
             width_floor: 0.5,
             full_clearance: 0.004,
@@ -111,6 +114,7 @@ impl GraspParams {
         check_positive("grasp.score.full_face", s.full_face)?;
         check_positive("grasp.score.full_width_spare", s.full_width_spare)?;
         check_positive("grasp.score.full_clearance", s.full_clearance)?;
+        check_positive("grasp.score.full_turn", s.full_turn)?;
         check_range("grasp.score.wedge_floor", s.wedge_floor, 0.0..=1.0)?;
         check_range("grasp.score.turn_floor", s.turn_floor, 0.0..=1.0)?;
         check_range("grasp.score.width_floor", s.width_floor, 0.0..=1.0)?;

@@ -42,7 +42,7 @@ pub struct GraspScratch {
     /// Blocked positions of the jaw, sorted.
     blocked: Vec<(f64, f64)>,
     /// Working memory of a single check.
-    pieces: Pieces,
+    pub(super) pieces: Pieces,
 }
 
 #[derive(Debug, Default)]
@@ -304,7 +304,7 @@ impl GraspTest {
 }
 
 /// A frame as seen from another.
-fn seen_from(viewer: &Frame, other: &Frame) -> Frame {
+pub(super) fn seen_from(viewer: &Frame, other: &Frame) -> Frame {
     Frame {
         origin: viewer.inverse_point(other.origin),
         sin: other.sin * viewer.cos - other.cos * viewer.sin,
@@ -396,7 +396,7 @@ fn measure(hold: &Hold, blocks: &[Block], positions: usize, least: &mut f64) {
 
 /// Least spare room of the fingers and of the space between them to the pieces, metres, and what leaves it. Values
 /// from `cap` on may be too small, but are at least `cap`.
-fn clearance(pieces: &Pieces, x: f64, y: f64, opening: f64, grasper: &Grasper, cap: f64) -> (f64, Limit) {
+pub(super) fn clearance(pieces: &Pieces, x: f64, y: f64, opening: f64, grasper: &Grasper, cap: f64) -> (f64, Limit) {
     let mut best = (f64::INFINITY, Limit::Missing);
     let finger = vec2(grasper.finger_thickness / 2.0, grasper.finger_width / 2.0);
     let space = vec2(opening / 2.0, grasper.finger_width / 2.0 - grasper.pad_edge);

@@ -137,31 +137,37 @@ impl Connect {
         self.way.clear();
     }
 
-    /// Follows the grid's way with as few motions as will do. `false` where one of its steps is not free.
+    /// Follows the grid's way with as few motions as will do. `false` where one of its steps is not free: then both trees
+    /// have what was passed from their ends, and only the rest stays as the way, for the search to find a way through.
     pub fn follow_way(&mut self, world: &mut World, from: Pose2, to: Pose2) -> bool {
         self.way.insert(0, from);
         self.way.push(to);
-        let last = self.way.len() - 1;
-        self.path.clear();
-        self.path.push(from);
-        let mut at = 0;
-        while at < last {
-            let mut step = 0;
-            loop {
-                let wider = (at + (2 * step).max(1)).min(last) - at;
-                if wider == step || !world.is_free(&self.way[at], &self.way[at + wider]) {
-                    break;
-                }
-                step = wider;
-            }
-            if step == 0 {
-                self.path.clear();
-                return false;
-            }
-            at += step;
-            self.path.push(self.way[at]);
+        let stuck = follow(world, &self.way, &mut self.path);
+        if stuck + 1 == self.way.len() {
+            return true;
         }
-        true
+        self.way.reverse();
+        let left = follow(world, &self.way, &mut self.spare);
+        self.way.reverse();
+        let back = self.way.len() - 1 - left;
+        if back <= stuck {
+            // Free backwards though not forwards: by as little as sweeps are uncertain.
+            let follow_back = self.spare.iter().rev().skip_while(|pose| **pose != self.way[stuck]).skip(1);
+            self.path.extend(follow_back);
+            if self.path.last() == Some(&to) {
+                return true;
+            }
+        }
+        for (tree, passed) in [(&mut self.from_start, &self.path), (&mut self.from_goal, &self.spare)] {
+            let mut parent = 0;
+            for pose in &passed[1..] {
+                parent = tree.add(*pose, parent);
+            }
+        }
+        self.path.clear();
+        self.way.truncate(back.max(stuck) + 1);
+        self.way.drain(..stuck.min(back));
+        false
     }
 
     /// Goes on for some iterations. Samples are drawn where the grid says the start can be brought to, if it was made.
@@ -268,6 +274,30 @@ impl Connect {
             at += 1;
         }
     }
+}
+
+/// Passes along a way from its first pose as far as its steps are free, leaving out poses where it can. Says at which
+/// pose it ends; `passed` has those that it goes by, with the first.
+fn follow(world: &mut World, way: &[Pose2], passed: &mut Vec<Pose2>) -> usize {
+    passed.clear();
+    passed.push(way[0]);
+    let mut at = 0;
+    while at + 1 < way.len() {
+        let mut step = 0;
+        loop {
+            let wider = (at + (2 * step).max(1)).min(way.len() - 1) - at;
+            if wider == step || !world.is_free(&way[at], &way[at + wider]) {
+                break;
+            }
+            step = wider;
+        }
+        if step == 0 {
+            break;
+        }
+        at += step;
+        passed.push(way[at]);
+    }
+    at
 }
 
 /// A pose about a way that the grid shows.

@@ -9,7 +9,7 @@
 //! | `planner` | [`PathPlanner`]: queries, their cache |
 //! | `shape`, `gap`, `sweep` | convex cores, their signed gap, exact checks of poses and motions |
 //! | `connect` | RRT-Connect and shortening |
-//! | `reach` | the bitmap that says for certain where a body cannot be brought |
+//! | `reach` | bitmaps: where a body certainly cannot be brought, and a way that may be free |
 
 mod connect;
 mod gap;

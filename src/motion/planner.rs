@@ -187,7 +187,7 @@ impl PathPlanner {
     }
 
     /// A path of a body from a pose to another among the others as they stand in `state` (where it stands itself does
-    /// not matter). The straight motion if that is free; else the shorter of what RRT-Connect finds.
+    /// not matter). The straight motion if that is free; else what RRT-Connect or the grid's way gives, shortened.
     #[allow(clippy::too_many_arguments)]
     pub fn path(
         &self,

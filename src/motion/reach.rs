@@ -24,6 +24,12 @@ const DISC_CORNERS: usize = 16;
 /// The bitmap, its memory reused.
 #[derive(Debug, Default)]
 pub(super) struct Reach {
+    /// What `open` shows. The same question is asked several times in a row: where may this body go, is there a path to
+    /// this place, to that.
+    made_of: Option<MadeOf>,
+    needs: Vec<f64>,
+    /// `seen` is of these cells.
+    flooded: bool,
     origin: Vec2,
     cell: f64,
     columns: usize,
@@ -34,13 +40,29 @@ pub(super) struct Reach {
     open: Vec<u64>,
     /// Bit set: connected with the start.
     seen: Vec<u64>,
-    /// For each cell, the direction that a search first came to it by, from 1; 0 for none.
-    came: Vec<u8>,
-    queue: Vec<u32>,
+    /// Rows that a flood has yet to look at.
+    rows_left: Vec<u32>,
     queued: Vec<bool>,
+    /// For each cell, the direction that the search for a way came to it by, from 1; 0 for none.
+    came: Vec<u8>,
+    /// Cells for the search to look at, and those to look at after them.
+    queue: Vec<u64>,
+    soon: Vec<u64>,
     moved: Core,
     polygon: Core,
     lines: Vec<Line>,
+    /// For each row that a difference spans, its first and last cell.
+    spans: (Vec<f64>, Vec<f64>),
+}
+
+/// All that a bitmap depends on but the gaps to keep.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct MadeOf {
+    cells: Cells,
+    obstacles: (u64, usize),
+    workspace: [[f64; 2]; 2],
+    cell: f64,
+    headings: u32,
 }
 
 /// Which cells are open.
@@ -50,6 +72,29 @@ pub(super) enum Cells {
     NotBlocked,
     /// Those whose middle is free.
     FreeMiddle,
+}
+
+/// A cell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Place {
+    layer: usize,
+    row: usize,
+    column: usize,
+}
+
+/// Stands for a direction where a search begins.
+const GOAL: u8 = 7;
+
+impl Place {
+    /// In one word with a direction: a grid has at most 360 layers and 1025 rows and columns.
+    fn packed(self, direction: u8) -> u64 {
+        (self.layer as u64) << 32 | (self.row as u64) << 20 | (self.column as u64) << 8 | u64::from(direction)
+    }
+
+    fn unpacked(packed: u64) -> (Place, u8) {
+        let part = |shift: u32| (packed >> shift & 0xfff) as usize;
+        (Place { layer: part(32), row: part(20), column: part(8) }, (packed & 0xff) as u8)
+    }
 }
 
 /// The half-plane x * nx + y * ny <= c, in the grid's units, as a bound of x in a row.
@@ -62,9 +107,9 @@ struct Line {
 }
 
 impl Reach {
-    /// Makes the bitmap for one body and floods it from a pose. `needs` of the obstacles are obeyed.
-    /// `false` where the start's own cell is not open, which of cells that are not blocked only rounding could do: then
-    /// nothing is known.
+    /// Makes the bitmap for one body, and of cells that are not blocked floods it from a pose. The gaps that the obstacles
+    /// ask for are kept. `false` where the start's own cell is not open, which only rounding could do: then nothing is
+    /// known.
     pub fn make(
         &mut self,
         cells: Cells,
@@ -74,6 +119,51 @@ impl Reach {
         params: &PathParams,
         from: &Pose2,
     ) -> bool {
+        if !self.is_made(cells, obstacles, workspace, params) {
+            self.fill(cells, shape, obstacles, workspace, params);
+        }
+        if cells == Cells::FreeMiddle {
+            return true;
+        }
+        // Nothing but the start's own cell gives certainty.
+        let middle = from.transform_point(shape.middle);
+        let Some((row, column)) = self.place_of(middle, from.theta) else { return false };
+        let known = self.is_open(row, column);
+        // Where the start is connected with the last one, so is all the rest.
+        if known && !(self.flooded && self.holds(middle, from.theta)) {
+            self.flood((row, column));
+        }
+        known
+    }
+
+    /// Whether the bitmap is already that of these; if not, it is said to be from now on.
+    fn is_made(&mut self, cells: Cells, obstacles: &Obstacles, workspace: &Workspace, params: &PathParams) -> bool {
+        let new = obstacles.made_of().map(|obstacles| MadeOf {
+            cells,
+            obstacles,
+            workspace: [workspace.min, workspace.max],
+            cell: params.cell,
+            headings: params.headings,
+        });
+        let needs = || obstacles.bodies().map(|(_, need)| need);
+        if new.is_some() && self.made_of == new && self.needs.iter().copied().eq(needs()) {
+            return true;
+        }
+        self.made_of = new;
+        self.needs.clear();
+        self.needs.extend(needs());
+        self.flooded = false;
+        false
+    }
+
+    fn fill(
+        &mut self,
+        cells: Cells,
+        shape: &MovingShape,
+        obstacles: &Obstacles,
+        workspace: &Workspace,
+        params: &PathParams,
+    ) {
         self.size(shape, workspace, params);
         let half_layer = PI / self.layers as f64;
         let (displacement, slack) = match cells {
@@ -104,14 +194,6 @@ impl Reach {
                 self.moved = moved;
             }
         }
-        let place = match cells {
-            // Nothing but the start's own cell gives certainty.
-            Cells::NotBlocked => self
-                .place_of(from.transform_point(shape.middle), from.theta)
-                .filter(|&(row, column)| self.is_open(row, column)),
-            Cells::FreeMiddle => self.open_near(shape, from),
-        };
-        place.is_some_and(|place| self.flood(place))
     }
 
     /// Chooses the grid: cells as asked, and as many layers as make a turn by one move a point no farther than a cell.
@@ -198,22 +280,38 @@ impl Reach {
         if !empty {
             let (first, last) = (rows.0.ceil().max(0.0) as usize, rows.1.floor());
             if last >= first as f64 {
-                for row in first..=last as usize {
-                    let y = row as f64;
-                    let (mut low, mut high) = (0.0, self.columns as f64 - 1.0);
-                    for line in &self.lines {
-                        let x = line.at + line.slope * y;
-                        if line.nx > 0.0 {
-                            high = f64::min(high, x);
-                        } else {
-                            low = f64::max(low, x);
+                let last = last as usize;
+                let (lows, highs) = (&mut self.spans.0, &mut self.spans.1);
+                lows.clear();
+                lows.resize(last + 1 - first, 0.0);
+                highs.clear();
+                highs.resize(last + 1 - first, self.columns as f64 - 1.0);
+                // Line by line, not row by row: these loops the compiler makes vectors of.
+                for line in &self.lines {
+                    let at = line.at + line.slope * first as f64;
+                    if line.nx > 0.0 {
+                        for (k, high) in highs.iter_mut().enumerate() {
+                            let x = at + line.slope * k as u32 as f64;
+                            *high = if x < *high { x } else { *high };
+                        }
+                    } else {
+                        for (k, low) in lows.iter_mut().enumerate() {
+                            let x = at + line.slope * k as u32 as f64;
+                            *low = if x > *low { x } else { *low };
                         }
                     }
-                    let (low, high) = (low.ceil(), high.floor());
+                }
+                let mut at = (layer * self.rows + first) * self.words;
+                for (&low, &high) in lows.iter().zip(highs.iter()) {
                     if low <= high {
-                        let at = (layer * self.rows + row) * self.words;
-                        clear(&mut self.open[at..at + self.words], low as usize, high as usize);
+                        // Both lie between 0 and the last column: rounded up and down without a call.
+                        let (first, last) = (low as u32, high as u32);
+                        let first = first + u32::from(f64::from(first) < low);
+                        if first <= last {
+                            clear(&mut self.open[at..at + self.words], first as usize, last as usize);
+                        }
                     }
+                    at += self.words;
                 }
             }
         }
@@ -221,14 +319,15 @@ impl Reach {
     }
 
     /// Finds what is connected with the start by faces of open cells.
-    fn flood(&mut self, (row, column): (usize, usize)) -> bool {
+    fn flood(&mut self, (row, column): (usize, usize)) {
+        self.flooded = true;
         self.seen.fill(0);
-        self.queue.clear();
+        self.rows_left.clear();
         self.seen[row * self.words + column / 64] = 1u64 << (column % 64);
-        self.queue.push(row as u32);
+        self.rows_left.push(row as u32);
         self.queued[row] = true;
         let total = self.layers * self.rows;
-        while let Some(at) = self.queue.pop() {
+        while let Some(at) = self.rows_left.pop() {
             let at = at as usize;
             self.queued[at] = false;
             let span = at * self.words..(at + 1) * self.words;
@@ -250,11 +349,10 @@ impl Reach {
                 }
                 if grew && !self.queued[to] {
                     self.queued[to] = true;
-                    self.queue.push(to as u32);
+                    self.rows_left.push(to as u32);
                 }
             }
         }
-        true
     }
 
     fn is_open(&self, row: usize, column: usize) -> bool {
@@ -285,67 +383,89 @@ impl Reach {
     }
 
     /// The poses of the middles of the cells on a shortest way through open cells, from a pose to another. `false` where
-    /// there is none.
+    /// there is none. A search by the distance gone and the distance at least left (A*, Hart et al. 1968).
     pub fn trace(&mut self, shape: &MovingShape, from: &Pose2, to: &Pose2, way: &mut Vec<Pose2>) -> bool {
         way.clear();
         let (Some(start), Some(goal)) = (self.open_near(shape, from), self.open_near(shape, to)) else { return false };
-        let (columns, rows) = (self.columns, self.rows);
-        let total = self.layers * rows * columns;
-        let cell = |(row, column): (usize, usize)| row * columns + column;
+        let place = |(at, column): (usize, usize)| Place { layer: at / self.rows, row: at % self.rows, column };
+        let (start, goal) = (place(start), place(goal));
         // From the goal, so that the way is read off from the start.
         self.came.clear();
-        self.came.resize(total, 0);
+        self.came.resize(self.layers * self.rows * self.columns, 0);
+        self.soon.clear();
         self.queue.clear();
-        self.queue.push(cell(goal) as u32);
-        self.came[cell(goal)] = 7;
-        let layer_cells = rows * columns;
-        let next = |at: usize, direction: u8| -> Option<usize> {
-            let (row, column) = (at / columns % rows, at % columns);
-            match direction {
-                1 => (column > 0).then(|| at - 1),
-                2 => (column + 1 < columns).then_some(at + 1),
-                3 => (row > 0).then(|| at - columns),
-                4 => (row + 1 < rows).then_some(at + columns),
-                5 => Some((at + total - layer_cells) % total),
-                _ => Some((at + layer_cells) % total),
+        self.queue.push(goal.packed(GOAL));
+        loop {
+            let Some(next) = self.queue.pop() else {
+                // Every step leads nearer by one or away by one, so what comes next is two farther.
+                std::mem::swap(&mut self.queue, &mut self.soon);
+                if self.queue.is_empty() {
+                    return false;
+                }
+                continue;
+            };
+            let (at, came) = Place::unpacked(next);
+            let index = self.index(at);
+            if self.came[index] != 0 {
+                continue;
             }
-        };
-        let mut head = 0;
-        while head < self.queue.len() && self.came[cell(start)] == 0 {
-            let at = self.queue[head] as usize;
-            head += 1;
+            self.came[index] = came;
+            if at == start {
+                break;
+            }
+            let left = self.steps(at, start);
             for direction in 1..=6 {
-                let Some(to) = next(at, direction) else { continue };
-                if self.came[to] == 0 && self.is_open(to / columns, to % columns) {
-                    self.came[to] = direction;
-                    self.queue.push(to as u32);
+                let Some(to) = self.neighbour(at, direction) else { continue };
+                if self.came[self.index(to)] == 0 && self.is_open(to.layer * self.rows + to.row, to.column) {
+                    let nearer = self.steps(to, start) < left;
+                    let list = if nearer { &mut self.queue } else { &mut self.soon };
+                    list.push(to.packed(direction));
                 }
             }
         }
-        let mut at = cell(start);
-        if self.came[at] == 0 {
-            return false;
-        }
+        let mut at = start;
         loop {
-            way.push(self.pose_of(shape, at / columns, at % columns));
-            let direction = self.came[at];
-            if direction == 7 {
+            way.push(self.pose_of(shape, at));
+            let direction = self.came[self.index(at)];
+            if direction == GOAL {
                 return true;
             }
             // Back against the direction that it was come to by.
             let back = if direction % 2 == 1 { direction + 1 } else { direction - 1 };
-            match next(at, back) {
+            match self.neighbour(at, back) {
                 Some(before) => at = before,
                 None => return false,
             }
         }
     }
 
+    fn index(&self, at: Place) -> usize {
+        (at.layer * self.rows + at.row) * self.columns + at.column
+    }
+
+    /// The cell next to a cell in one of the directions 1 to 6; layers have no end.
+    fn neighbour(&self, at: Place, direction: u8) -> Option<Place> {
+        let Place { layer, row, column } = at;
+        Some(match direction {
+            1 => Place { column: column.checked_sub(1)?, ..at },
+            2 => Place { column: Some(column + 1).filter(|&column| column < self.columns)?, ..at },
+            3 => Place { row: row.checked_sub(1)?, ..at },
+            4 => Place { row: Some(row + 1).filter(|&row| row < self.rows)?, ..at },
+            5 => Place { layer: layer.checked_sub(1).unwrap_or(self.layers - 1), ..at },
+            _ => Place { layer: Some(layer + 1).filter(|&layer| layer < self.layers).unwrap_or(0), ..at },
+        })
+    }
+
+    /// Steps between two cells where nothing is in the way.
+    fn steps(&self, a: Place, b: Place) -> usize {
+        let turn = a.layer.abs_diff(b.layer);
+        a.column.abs_diff(b.column) + a.row.abs_diff(b.row) + turn.min(self.layers - turn)
+    }
+
     /// The pose of a cell's middle.
-    fn pose_of(&self, shape: &MovingShape, at: usize, column: usize) -> Pose2 {
-        let (layer, row) = (at / self.rows, at % self.rows);
-        let theta = normalize_angle(layer as f64 * TAU / self.layers as f64);
-        let middle = self.origin + vec2(column as f64 + 0.5, row as f64 + 0.5) * self.cell;
+    fn pose_of(&self, shape: &MovingShape, at: Place) -> Pose2 {
+        let theta = normalize_angle(at.layer as f64 * TAU / self.layers as f64);
+        let middle = self.origin + vec2(at.column as f64 + 0.5, at.row as f64 + 0.5) * self.cell;
         let origin = middle - Pose2::new(0.0, 0.0, theta).frame().vector(shape.middle);
         Pose2::at(origin, theta)
     }

@@ -158,6 +158,11 @@ impl Obstacles {
         blockers
     }
 
+    /// What was placed: a hash of poses and shapes, and the body that moves.
+    pub fn made_of(&self) -> Option<(u64, usize)> {
+        self.made_of
+    }
+
     /// The cores of each standing body, and the gap to keep from it.
     pub fn bodies(&self) -> impl Iterator<Item = (&[Core], f64)> {
         self.standing.iter().map(|s| (&self.cores[s.first..s.last], s.need))
@@ -188,7 +193,8 @@ impl Obstacles {
 /// As [`Obstacles::sweep`], for two pieces.
 fn sweep_pair(core: &Core, other: &Core, moved: &mut Core, motion: &Motion, need: f64, limit: f64) -> f64 {
     let turn_speed = motion.turn.abs() * core.reach;
-    let centre_speed = motion.by.norm() + motion.turn.abs() * core.centre.norm();
+    let speed = motion.by.norm();
+    let centre_speed = speed + motion.turn.abs() * core.centre.norm();
     let mut t = 0.0;
     while t < limit {
         let frame = motion.at(t).frame();
@@ -204,7 +210,9 @@ fn sweep_pair(core: &Core, other: &Core, moved: &mut Core, motion: &Motion, need
             continue;
         }
         moved.place(core, &frame);
-        let s = separation(moved, other, f64::INFINITY);
+        // A line that shows this much serves for the whole rest of the motion.
+        let enough = need + (speed + turn_speed) * (limit - t);
+        let s = separation(moved, other, enough);
         if s.gap < need - 0.5 * SWEEP_SLACK {
             return t;
         }

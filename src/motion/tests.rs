@@ -284,8 +284,9 @@ fn answers_depend_on_nothing_but_the_question() {
     for seed in 0..20 {
         let (first, state, mut random) = any_table(seed, 6);
         let second = PathPlanner::new(first.scene().clone(), *first.params()).unwrap();
-        let queries: Vec<_> =
-            state.present().iter().map(|body| (body, state.pose(body), any_pose(&mut random))).collect();
+        // Of one body after the other several: what was found out for one question may serve the next.
+        let bodies = state.present().iter().flat_map(|body| [body; 3]);
+        let queries: Vec<_> = bodies.map(|body| (body, state.pose(body), any_pose(&mut random))).collect();
         let mut ask = |planner: &PathPlanner, q: &(usize, Pose2, Pose2)| {
             planner.path(&state, q.0, &q.1, &q.2, PathLimits::default(), Key::new(9), &mut scratch)
         };
@@ -293,6 +294,13 @@ fn answers_depend_on_nothing_but_the_question() {
         let mut backward: Vec<_> = queries.iter().rev().map(|q| ask(&second, q)).collect();
         backward.reverse();
         assert_eq!(forward, backward);
+        // Each with new memory.
+        let third = PathPlanner::new(first.scene().clone(), *first.params()).unwrap();
+        let alone: Vec<_> = queries
+            .iter()
+            .map(|q| third.path(&state, q.0, &q.1, &q.2, PathLimits::default(), Key::new(9), &mut PathScratch::new()))
+            .collect();
+        assert_eq!(forward, alone);
         // And once more, from the cache.
         let again: Vec<_> = queries.iter().map(|q| ask(&first, q)).collect();
         assert_eq!(forward, again);

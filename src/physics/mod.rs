@@ -2,6 +2,8 @@
 
 mod approach;
 pub mod bullet;
+pub mod dipn;
+mod ensemble;
 pub mod lanes;
 pub mod narrow;
 mod options;
@@ -13,7 +15,9 @@ mod transition;
 #[cfg(feature = "bullet")]
 pub use bullet::Bullet;
 pub use bullet::BulletSettings;
-pub use options::{ENGINES, EngineInfo, EngineSettings, PhysicsOptions, Purpose, engine};
+pub use dipn::{Dipn, DipnSettings};
+pub use ensemble::Ensemble;
+pub use options::{ENGINES, EngineInfo, EngineSettings, PhysicsOptions, Purpose, engine, engine_with, network};
 pub use planar::{Planar, PlanarSettings};
 pub use prism::{Prism, PrismSettings};
 pub use rapier::{Rapier, RapierSettings};

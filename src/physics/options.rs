@@ -5,11 +5,13 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::bullet::{self, BulletSettings};
+use super::dipn::{self, Dipn, DipnSettings};
 use super::planar::{Planar, PlanarSettings};
 use super::prism::{Prism, PrismSettings};
 use super::rapier::{Rapier, RapierSettings};
 use super::transition::Transition;
 use crate::error::{Error, Result};
+use crate::net::MotionModel;
 use crate::scene::Scene;
 
 /// What is known of an engine without making one.
@@ -27,7 +29,7 @@ pub struct EngineInfo {
 }
 
 /// The engines, present in this build or not.
-pub const ENGINES: [EngineInfo; 4] = [
+pub const ENGINES: [EngineInfo; 5] = [
     EngineInfo {
         id: "rapier",
         presets: &RapierSettings::PRESETS,
@@ -50,6 +52,13 @@ pub const ENGINES: [EngineInfo; 4] = [
         judging: "reference",
         available: bullet::AVAILABLE,
     },
+    EngineInfo {
+        id: "dipn",
+        presets: &DipnSettings::PRESETS,
+        planning: "dipn",
+        judging: "dipn",
+        available: dipn::AVAILABLE,
+    },
 ];
 
 /// Every constant of an engine, for settings that no preset has.
@@ -60,6 +69,7 @@ pub enum EngineSettings {
     Planar(PlanarSettings),
     Prism(PrismSettings),
     Bullet(BulletSettings),
+    Dipn(DipnSettings),
 }
 
 impl EngineSettings {
@@ -70,6 +80,7 @@ impl EngineSettings {
             Self::Planar(_) => "planar",
             Self::Prism(_) => "prism",
             Self::Bullet(_) => "bullet",
+            Self::Dipn(_) => "dipn",
         }
     }
 
@@ -81,6 +92,8 @@ impl EngineSettings {
             "planar" => PlanarSettings::by_name(preset).map(Self::Planar),
             "prism" => PrismSettings::by_name(preset).map(Self::Prism),
             "bullet" => BulletSettings::by_name(preset).map(Self::Bullet),
+            // The preset names the network.
+            "dipn" => Ok(Self::Dipn(DipnSettings::default())),
             other => Err(Error::Internal(format!("engine `{other}` is listed but has no settings"))),
         }
     }
@@ -92,6 +105,7 @@ impl EngineSettings {
             Self::Planar(settings) => settings.validate(),
             Self::Prism(settings) => settings.validate(),
             Self::Bullet(settings) => settings.validate(),
+            Self::Dipn(settings) => settings.validate(),
         }
     }
 }
@@ -109,7 +123,7 @@ pub enum Purpose {
 pub struct PhysicsOptions {
     /// The id of one of [`ENGINES`].
     pub engine: String,
-    /// One of the engine's presets.
+    /// One of the engine's presets; for `dipn` the name of a built-in network or the path of a file.
     pub preset: String,
     /// Every constant of the engine; takes the place of the preset.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -136,14 +150,19 @@ impl EngineInfo {
         ENGINES.iter().filter(|e| e.available.is_ok())
     }
 
-    fn check_available(&self) -> Result<()> {
+    fn check_available(&self, preset: &str) -> Result<()> {
+        if self.id == "dipn" && !self.presets.contains(&preset) {
+            // A network of the user's own.
+            return Ok(());
+        }
         self.available
             .map_err(|how| Error::Unsupported(format!("physics.engine: this build has no `{}`; {how}", self.id)))
     }
 
     /// Refuses a preset that the engine does not have.
     pub fn check_preset(&self, preset: &str) -> Result<()> {
-        if self.presets.contains(&preset) {
+        let network = self.id == "dipn" && !preset.is_empty();
+        if self.presets.contains(&preset) || network {
             return Ok(());
         }
         let known = self.presets.join(", ");
@@ -194,12 +213,42 @@ impl PhysicsOptions {
                 return Err(Error::argument("physics.settings", reason));
             }
         }
-        info.check_available()
+        info.check_available(&self.preset)
     }
 }
 
-/// Prepares an engine for a scene.
+/// Prepares an engine for a scene. The engine `dipn` loads its network every time; see [`engine_with`].
 pub fn engine(options: &PhysicsOptions, scene: Arc<Scene>) -> Result<Arc<dyn Transition>> {
+    engine_with(options, scene, None)
+}
+
+/// The network of the engine, loaded, for callers that prepare it for many scenes; none for other engines.
+pub fn network(options: &PhysicsOptions) -> Result<Option<Arc<dyn MotionModel>>> {
+    options.validate()?;
+    if options.engine != "dipn" {
+        return Ok(None);
+    }
+    Dipn::load(own_network(options)).map(Some)
+}
+
+/// What the preset names: a built-in network or a file.
+fn own_network(options: &PhysicsOptions) -> &str {
+    if options.preset == "custom" { DipnSettings::PRESETS[0] } else { &options.preset }
+}
+
+/// The same with a network that is loaded already, for the engine `dipn`.
+pub fn engine_with(
+    options: &PhysicsOptions,
+    scene: Arc<Scene>,
+    network: Option<&Arc<dyn MotionModel>>,
+) -> Result<Arc<dyn Transition>> {
+    if let (Some(network), "dipn") = (network, options.engine.as_str()) {
+        let settings = match options.settings.as_deref() {
+            Some(EngineSettings::Dipn(settings)) => *settings,
+            _ => DipnSettings::default(),
+        };
+        return Ok(Arc::new(Dipn::new(scene, settings, Arc::clone(network))?));
+    }
     options.validate()?;
     let preset = if options.settings.is_some() { "custom" } else { &options.preset };
     let name = format!("{} {preset}", options.engine);
@@ -215,5 +264,9 @@ pub fn engine(options: &PhysicsOptions, scene: Arc<Scene>) -> Result<Arc<dyn Tra
         EngineSettings::Bullet(settings) => Arc::new(bullet::Bullet::with_name(name, scene, settings)?),
         #[cfg(not(feature = "bullet"))]
         EngineSettings::Bullet(_) => return Err(Error::Internal("bullet is not built but was not refused".into())),
+        EngineSettings::Dipn(settings) => {
+            // Constants of one's own go with the built-in network, unless the preset names another.
+            Arc::new(Dipn::new(scene, settings, Dipn::load(own_network(options))?)?)
+        }
     })
 }

@@ -32,6 +32,13 @@ pub struct Confirmed {
     pub score: f64,
 }
 
+/// A first push with what it came to in perturbed worlds.
+pub struct Weighed {
+    pub push: Push,
+    pub chance: f64,
+    pub expected: f64,
+}
+
 /// What trying the plans came to.
 #[derive(Default)]
 pub struct Verdict {
@@ -39,6 +46,12 @@ pub struct Verdict {
     pub tried: u64,
     pub confirmed: u64,
     pub simulations: u64,
+    /// Of the best plan in perturbed worlds: share of them in which it succeeds, mean number of actions, their number.
+    pub chance: Option<f64>,
+    pub expected: Option<f64>,
+    pub worlds: u64,
+    /// The first pushes that were weighed in perturbed worlds, best first.
+    pub weighed: Vec<Weighed>,
     /// Wall-clock time.
     pub seconds: f64,
 }

@@ -71,7 +71,7 @@ impl Decision<'_> {
 }
 
 /// The later report with the counts of both searches.
-fn both(earlier: &SearchReport, later: SearchReport) -> SearchReport {
+pub(super) fn both(earlier: &SearchReport, later: SearchReport) -> SearchReport {
     SearchReport {
         iterations: earlier.iterations + later.iterations,
         simulations: earlier.simulations + later.simulations,
@@ -84,7 +84,7 @@ fn both(earlier: &SearchReport, later: SearchReport) -> SearchReport {
 }
 
 /// The request may have come while the search found its end, and the progress callback asks the search alone.
-fn asked(report: &SearchReport, stop: &Stop) -> bool {
+pub(super) fn asked(report: &SearchReport, stop: &Stop) -> bool {
     matches!(report.reason, EndReason::Cancelled | EndReason::Interrupted) || cancelled(stop)
 }
 

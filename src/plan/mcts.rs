@@ -26,12 +26,11 @@ pub fn recipe(options: &PlannerOptions) -> Result<Recipe> {
             Params { max_depth: 3, early_stop: EarlyStop::LevelComplete { first: 1, last: Some(2) }, ..text }
         }
     };
-    Ok(Recipe {
+    Ok(Recipe::new(
         search,
-        physics: PhysicsOptions::named("planar", None, Purpose::Planning)?,
-        confirm: None,
-        sampler: "more",
-        reward: Reward { shaping: 0.2, solved_score: options.grasp.solved_score },
-        budget: Budget::iterations(ITERATIONS),
-    })
+        PhysicsOptions::named("planar", None, Purpose::Planning)?,
+        "more",
+        Reward { shaping: 0.2, solved_score: options.grasp.solved_score },
+        Budget::iterations(ITERATIONS),
+    ))
 }

@@ -2,12 +2,15 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::hedge;
 use super::recipe::recipe;
 use crate::action::SamplerParams;
-use crate::error::{Result, check_range};
+use crate::error::{Error, Result, check_range};
+use crate::grasp::check_scorer;
+use crate::net::Model;
 use crate::physics::{PhysicsOptions, Purpose};
 use crate::run::Budget;
-use crate::search::Params;
+use crate::search::{EarlyStop, Params};
 
 /// When a grasp is executed and when a state counts as solved, by the grasp's score in [0, 1].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -42,6 +45,16 @@ pub struct PlannerOptions {
     /// Travel of a push, metres; the sampler's own if absent.
     pub push_length: Option<f64>,
     pub grasp: GraspDecision,
+    /// What says how good a state is: one of [`crate::grasp::SCORERS`]; the planner's own if absent.
+    pub scorer: Option<String>,
+    /// The scorer's network; the built-in one of the scorer's name if absent.
+    pub scorer_model: Option<Model>,
+    /// The network of the engine `dipn`; the one that its preset names if absent.
+    pub engine_model: Option<Model>,
+    /// What values pushes before they are tried: `ppn`, a network, or `none`; the planner's own if absent.
+    pub prior: Option<String>,
+    /// The network that values pushes; the built-in one if absent.
+    pub prior_model: Option<Model>,
     /// Limits of one decision. Without iterations and seconds the planner's published budget is used.
     pub budget: Budget,
     pub seed: u64,
@@ -87,13 +100,18 @@ pub enum Variant {
 impl Default for PlannerOptions {
     fn default() -> Self {
         Self {
-            planner: "pmbs".into(),
+            planner: "hedge".into(),
             physics: None,
             confirm: Confirm::Own,
             sampler: None,
             sampler_params: None,
             push_length: None,
             grasp: GraspDecision::default(),
+            scorer: None,
+            scorer_model: None,
+            engine_model: None,
+            prior: None,
+            prior_model: None,
             budget: Budget::default(),
             seed: 0,
             threads: 0,
@@ -109,6 +127,26 @@ impl PlannerOptions {
     /// The parameters of the search that these options lead to.
     pub fn search_params(&self) -> Result<Params> {
         Ok(recipe(self)?.search)
+    }
+
+    /// The same action set and model, and nothing but a search of every plan of at most `pushes` pushes, which ends with
+    /// the first that frees the target. Answers whether there is one: see `PlanStatistics::no_plan_within`.
+    pub fn search_only(&self, pushes: u32) -> Result<PlannerOptions> {
+        let own = recipe(self)?;
+        let search = Params {
+            early_stop: EarlyStop::LevelComplete { first: pushes, last: Some(pushes) },
+            min_iterations: 0,
+            ..hedge::level(&Params { max_depth: pushes, ..own.search }, pushes)
+        };
+        Ok(PlannerOptions {
+            planner: "pmbs".into(),
+            physics: Some(own.physics),
+            confirm: Confirm::Off,
+            sampler: self.sampler.clone().or_else(|| Some(own.sampler.into())),
+            budget: Budget::iterations(u64::from(u32::MAX)),
+            search: Some(search),
+            ..self.clone()
+        })
     }
 
     /// Sets the engine by name. An engine without a preset gets the one that suits planning; a preset without an engine is
@@ -154,6 +192,11 @@ impl PlannerOptions {
         }
         if let Confirm::With(physics) = &self.confirm {
             physics.validate().map_err(|e| e.within("confirm"))?;
+        }
+        let scorer = recipe(self)?.scorer;
+        check_scorer(&scorer)?;
+        if self.scorer_model.is_some() && scorer == "geometric" {
+            return Err(Error::argument("scorer_model", "is given, but the scorer `geometric` has no network"));
         }
         self.budget.validate()?;
         check_range("grasp.execute_score", self.grasp.execute_score, 0.0..=1.0)?;

@@ -43,6 +43,12 @@ pub struct RankedAction {
     pub prior: f64,
     /// Fewest actions to a solution below it, if one was found.
     pub solution_level: Option<u32>,
+    /// Estimated from perturbed worlds, where the planner weighs plans in them: the probability that the target is out
+    /// after no more actions than the best plan that begins so, and the mean number of actions.
+    pub success_chance: Option<f64>,
+    pub expected_actions: Option<f64>,
+    /// The state after the action in the model of the search.
+    pub predicted: State,
 }
 
 /// What the decision took.
@@ -69,6 +75,16 @@ pub struct PlanStatistics {
     pub confirm_simulations: u64,
     /// Wall-clock seconds of it, contained in `seconds`.
     pub confirm_seconds: f64,
+    /// No plan of fewer pushes exists in the planner's action set and model: every push of every state that fewer
+    /// pushes lead to was tried.
+    pub proved_shortest: bool,
+    /// Estimated probability that the target is out after no more actions than the plan has, if the robot looks and plans
+    /// again after every action; of planners that weigh plans in perturbed worlds.
+    pub success_chance: Option<f64>,
+    /// Estimated number of actions until then, on average.
+    pub expected_actions: Option<f64>,
+    /// Perturbed worlds that these two are estimated from.
+    pub worlds: u64,
 }
 
 /// The answer of a planner.

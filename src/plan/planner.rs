@@ -2,8 +2,10 @@
 
 use std::sync::Arc;
 
-use super::confirm::Confirmed;
+use super::confirm::{Confirmed, Weighed};
 use super::decision::{Decision, Found, From, cancelled};
+use super::hedge;
+use super::networks::{Networks, OwnNetworks};
 use super::options::PlannerOptions;
 use super::outcome::{Outcome, Plan, PlanStatistics, PlannedAction, RankedAction};
 use super::recipe::{Recipe, recipe};
@@ -11,8 +13,7 @@ use super::retrieval::Retrieval;
 use crate::action::{Action, ContourSampler, Grasp, Push};
 use crate::error::Result;
 use crate::geom::normalize_angle;
-use crate::grasp::{GeometricScorer, GraspParams};
-use crate::physics::{self, Transition};
+use crate::physics::{Ensemble, Transition};
 use crate::run::{Budget, CancelToken, Pool, Progress};
 use crate::scene::{Problem, Scene, State};
 use crate::search::{EndReason, Tree};
@@ -31,10 +32,13 @@ pub struct Planner {
     options: PlannerOptions,
     recipe: Recipe,
     pool: Pool,
+    networks: Networks,
     tree: Tree<Retrieval>,
     domain: Option<Retrieval>,
     /// The engine that plans are confirmed in, prepared for the domain's scene.
     confirming: Option<Arc<dyn Transition>>,
+    /// The perturbed worlds that plans are weighed in, of the same scene.
+    ensemble: Option<Ensemble>,
     /// The state that the tree's root stands for: the one observed, until an action is executed.
     expected: Option<State>,
     /// A grasp has to score at least this, since one that scored less failed; see [`Planner::failed`].
@@ -57,17 +61,25 @@ const SAME: (f64, f64) = (1e-4, 1e-3);
 impl Planner {
     /// Checks the options and prepares the planner (recipe, worker threads).
     pub fn new(options: PlannerOptions) -> Result<Planner> {
+        Planner::with_networks(options, OwnNetworks::default())
+    }
+
+    /// The same with learned parts of the caller's own.
+    pub fn with_networks(options: PlannerOptions, own: OwnNetworks) -> Result<Planner> {
         options.validate()?;
         let recipe = recipe(&options)?;
         sampler(&options, &recipe)?;
+        let networks = Networks::load(&options, &recipe, own)?;
         let pool = Pool::new(options.threads, "jostle")?;
         Ok(Planner {
             options,
             recipe,
             pool,
+            networks,
             tree: Tree::new(),
             domain: None,
             confirming: None,
+            ensemble: None,
             expected: None,
             demand: 0.0,
         })
@@ -152,9 +164,10 @@ impl Planner {
         if !fits {
             self.reset();
             (self.domain, self.demand) = (None, 0.0);
-            let engine = |options| physics::engine(options, Arc::clone(&problem.scene));
-            self.confirming = self.recipe.confirm.as_ref().map(engine).transpose()?;
-            self.domain = Some(prepare(&self.options, &self.recipe, problem)?);
+            self.confirming = self.networks.confirming(&self.recipe, &problem.scene)?;
+            let worlds = || hedge::ensemble(&self.recipe, problem, self.options.seed);
+            self.ensemble = self.recipe.hedges.then(worlds).transpose()?;
+            self.domain = Some(prepare(&self.options, &self.recipe, &self.networks, problem)?);
         }
         let Some(domain) = &mut self.domain else {
             return Ok(Plan::empty(Outcome::Infeasible, &self.options.planner, self.options.seed));
@@ -175,6 +188,7 @@ impl Planner {
             plan.grasp_score = grasp.score;
             plan.actions.push(grasped(&problem.state, grasp, grasp.score));
             plan.statistics.seconds = stop.elapsed().as_secs_f64();
+            plan.statistics.proved_shortest = true;
             return Ok(plan);
         }
 
@@ -189,7 +203,11 @@ impl Planner {
         };
         let resume = keep && fits && self.tree.root_state().is_some();
         let from = if resume { From::Tree } else { From::Root(&problem.state, self.options.seed) };
-        let found = decision.make(&mut self.tree, from, &problem.state).inspect_err(|_| self.expected = None)?;
+        let found = match &self.ensemble {
+            Some(ensemble) => hedge::make(&decision, ensemble, enough, &mut self.tree, from, &problem.state),
+            None => decision.make(&mut self.tree, from, &problem.state),
+        }
+        .inspect_err(|_| self.expected = None)?;
         if self.expected.is_none() || !keep {
             self.expected = Some(problem.state.clone());
         }
@@ -212,6 +230,9 @@ impl Planner {
             plans_confirmed: verdict.confirmed,
             confirm_simulations: verdict.simulations,
             confirm_seconds: verdict.seconds,
+            success_chance: verdict.chance,
+            expected_actions: verdict.expected,
+            worlds: verdict.worlds,
             ..plan.statistics
         };
         if cancelled {
@@ -219,18 +240,23 @@ impl Planner {
             return;
         }
         let Some(domain) = &self.domain else { return };
+        plan.considered = self.considered(&verdict.weighed);
         match verdict.best {
             Some(confirmed) => self.take_confirmed(plan, confirmed),
             None => self.take_chosen(plan, domain),
         }
+        if let Some(join) = &self.recipe.join {
+            join.merge(&mut plan.actions);
+        }
         let solved = plan.actions.last().is_some_and(|a| matches!(a.action, Action::Grasp(_)));
+        let pushes = plan.actions.iter().filter(|a| matches!(a.action, Action::Push(_))).count();
+        plan.statistics.proved_shortest = solved && pushes as u64 <= u64::from(report.proved_level);
         plan.outcome = match report.reason {
             _ if solved => Outcome::Solved,
             EndReason::Iterations | EndReason::Memory | EndReason::Deadline => Outcome::Budget,
             _ if plan.actions.is_empty() => Outcome::Infeasible,
             _ => Outcome::Partial,
         };
-        plan.considered = self.considered();
     }
 
     /// The search's own choice, as the model predicts it.
@@ -265,12 +291,15 @@ impl Planner {
         plan.actions.extend(end);
     }
 
-    fn considered(&self) -> Vec<RankedAction> {
+    /// The root's actions: first those that were weighed in perturbed worlds, by the expected number of actions, then the
+    /// others by value.
+    fn considered(&self, weighed: &[Weighed]) -> Vec<RankedAction> {
         let mut ranked: Vec<RankedAction> = self
             .tree
             .root_children()
             .filter_map(|child| {
                 let node = child.node?;
+                let weighed = weighed.iter().find(|w| same_push(&w.push, child.action));
                 Some(RankedAction {
                     action: Action::Push(*child.action),
                     value: child.score.unwrap_or(node.mean),
@@ -278,11 +307,18 @@ impl Planner {
                     visits: u64::from(node.visits),
                     prior: f64::from(child.prior),
                     solution_level: node.solved_level,
+                    success_chance: weighed.map(|w| w.chance),
+                    expected_actions: weighed.map(|w| w.expected),
+                    predicted: node.state.clone(),
                 })
             })
             .collect();
         // Stable: equal values stay in the sampler's order.
-        ranked.sort_by(|a, b| b.value.total_cmp(&a.value));
+        let place = |a: &RankedAction| {
+            let same = |w: &Weighed| matches!(&a.action, Action::Push(push) if same_push(push, &w.push));
+            weighed.iter().position(same).unwrap_or(usize::MAX)
+        };
+        ranked.sort_by(|a, b| place(a).cmp(&place(b)).then(b.value.total_cmp(&a.value)));
         ranked.truncate(CONSIDERED);
         ranked
     }
@@ -305,14 +341,15 @@ fn sampler(options: &PlannerOptions, recipe: &Recipe) -> Result<ContourSampler> 
     }
 }
 
-fn prepare(options: &PlannerOptions, recipe: &Recipe, problem: &Problem) -> Result<Retrieval> {
+fn prepare(options: &PlannerOptions, recipe: &Recipe, networks: &Networks, problem: &Problem) -> Result<Retrieval> {
     let scene: &Arc<Scene> = &problem.scene;
     Ok(Retrieval {
         scene: Arc::clone(scene),
         target: problem.target,
-        engine: physics::engine(&recipe.physics, Arc::clone(scene))?,
+        engine: networks.engine(recipe, scene)?,
         sampler: Box::new(sampler(options, recipe)?.prepared(scene)),
-        scorer: Box::new(GeometricScorer::new(scene, GraspParams::default())?),
+        scorer: networks.scorer(recipe, scene)?,
+        prior: networks.prior.clone(),
         reward: recipe.reward,
         demand: 0.0,
     })

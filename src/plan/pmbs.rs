@@ -42,16 +42,19 @@ pub fn recipe(options: &PlannerOptions) -> Result<Recipe> {
         Variant::Dissertation => (text, "pmbs", SECONDS),
         Variant::Code => (code(text), "pmbs", SECONDS_CODE),
     };
+    let confirm = match options.variant {
+        Variant::Tuned => Some(PhysicsOptions::named("prism", None, Purpose::Planning)?),
+        Variant::Dissertation | Variant::Code => None,
+    };
     Ok(Recipe {
-        search,
-        physics: PhysicsOptions::named("planar", None, Purpose::Planning)?,
-        confirm: match options.variant {
-            Variant::Tuned => Some(PhysicsOptions::named("prism", None, Purpose::Planning)?),
-            Variant::Dissertation | Variant::Code => None,
-        },
-        sampler,
-        reward: Reward { shaping: 0.1, solved_score: options.grasp.solved_score },
-        budget: Budget::seconds(seconds),
+        confirm,
+        ..Recipe::new(
+            search,
+            PhysicsOptions::named("planar", None, Purpose::Planning)?,
+            sampler,
+            Reward { shaping: 0.1, solved_score: options.grasp.solved_score },
+            Budget::seconds(seconds),
+        )
     })
 }
 

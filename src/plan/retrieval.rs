@@ -6,9 +6,10 @@ use std::sync::Arc;
 use crate::action::{Push, PushSampler, SamplerScratch};
 use crate::geom::normalize_angle;
 use crate::grasp::{GraspAssessment, Scorer};
+use crate::net::{PushValue, PushValueScratch};
 use crate::physics::{PushJob, PushResult, PushStatus, Scratch as EngineScratch, Transition};
 use crate::run::{Key, Stop};
-use crate::scene::{Scene, State};
+use crate::scene::{LeaveScope, Scene, State};
 use crate::search::{Candidate, Domain, Job, Outcome, Status};
 
 /// What a state is worth: `shaping * q + [q >= solved]`, with `q` the scorer's judgement in [0, 1]
@@ -31,6 +32,8 @@ pub struct Retrieval {
     pub engine: Arc<dyn Transition>,
     pub sampler: Box<dyn PushSampler>,
     pub scorer: Box<dyn Scorer>,
+    /// What is expected of pushes before they are tried.
+    pub prior: Option<Arc<dyn PushValue>>,
     pub reward: Reward,
     /// A grasp has to score at least this as well: more than one that was tried and failed. 0 asks for nothing more.
     pub demand: f64,
@@ -44,6 +47,8 @@ pub struct Scratch {
     engine: EngineScratch,
     scorer: Box<dyn Any + Send>,
     sampler: SamplerScratch,
+    prior: PushValueScratch,
+    values: Vec<f32>,
     results: Vec<PushResult>,
     pushes: Vec<Push>,
 }
@@ -54,6 +59,8 @@ impl Retrieval {
             engine: self.engine.scratch(),
             scorer: self.scorer.scratch(),
             sampler: SamplerScratch::default(),
+            prior: PushValueScratch::default(),
+            values: Vec::new(),
             results: Vec::new(),
             pushes: Vec::new(),
         }
@@ -66,13 +73,30 @@ impl Retrieval {
         out[0]
     }
 
+    /// The pushes that the sampler lists for a state, in an order of its own.
+    pub(super) fn list(&self, scratch: &mut Scratch, state: &State, out: &mut Vec<Push>) {
+        let mut order = Key::default().stream();
+        self.sampler.sample(&self.scene, state, self.target, None, &mut order, &mut scratch.sampler, out);
+    }
+
+    /// Executes pushes in the model.
+    pub(super) fn simulate(
+        &self,
+        scratch: &mut Scratch,
+        jobs: &[PushJob<'_>],
+        results: &mut [PushResult],
+        stop: &Stop,
+    ) {
+        self.engine.step_batch(&mut scratch.engine, jobs, results, stop);
+    }
+
     /// A state with this assessment is a solution.
     pub fn solves(&self, assessment: &GraspAssessment) -> bool {
         assessment.grasp.is_some() && assessment.score >= self.reward.solved_score.max(self.demand.min(GREATEST_DEMAND))
     }
 
     /// Value, terminal flag and actions of `out.state`.
-    fn judge(&self, scratch: &mut Scratch, key: Key, previous: Option<&Push>, out: &mut Outcome<Self>) {
+    fn judge(&self, scratch: &mut Scratch, key: Key, previous: Option<&Push>, out: &mut Outcome<Self>, stop: &Stop) {
         let assessment = self.assess(scratch, &out.state);
         // Where a grasp has failed just now, it has to be bettered however good it looked.
         let solved = self.solves(&assessment) && (previous.is_some() || assessment.score >= self.demand);
@@ -97,18 +121,33 @@ impl Retrieval {
             &mut scratch.sampler,
             &mut scratch.pushes,
         );
-        out.candidates.extend(scratch.pushes.iter().map(|push| Candidate::new(*push)));
+        let Some(prior) = &self.prior else {
+            out.candidates.extend(scratch.pushes.iter().map(|push| Candidate::new(*push)));
+            return;
+        };
+        let Scratch { prior: memory, values, pushes, .. } = scratch;
+        // A network that cannot be run after it was loaded expects nothing.
+        let asked = prior.values(memory, &self.scene, &out.state, self.target, pushes, values, stop);
+        if stop.requested() {
+            out.status = Status::Interrupted;
+            return;
+        }
+        let value = |i: usize| if asked.is_ok() { values.get(i).copied().unwrap_or(0.0) } else { 0.0 };
+        out.candidates.extend(pushes.iter().enumerate().map(|(i, push)| Candidate::with_prior(*push, value(i))));
     }
 
-    /// No body that counts has left the workspace, none has toppled, and something moved.
-    pub(super) fn useful(&self, before: &State, result: &PushResult) -> bool {
-        let rule = self.scene.workspace().leave_scope;
-        let left = match rule {
-            crate::scene::LeaveScope::AllBodies => !result.left.is_empty(),
-            crate::scene::LeaveScope::TargetOnly => result.left.contains(self.target),
+    /// A body that counts has left the workspace, or one has toppled.
+    pub(super) fn harmful(&self, result: &PushResult) -> bool {
+        let left = match self.scene.workspace().leave_scope {
+            LeaveScope::AllBodies => !result.left.is_empty(),
+            LeaveScope::TargetOnly => result.left.contains(self.target),
         };
-        !left
-            && result.toppled.is_empty()
+        left || !result.toppled.is_empty()
+    }
+
+    /// The push does no harm, and something moved.
+    pub(super) fn useful(&self, before: &State, result: &PushResult) -> bool {
+        !self.harmful(result)
             && before.iter().any(|(i, a)| {
                 let b = result.state.pose(i);
                 (a.position() - b.position()).norm_squared() > IDLE.0 * IDLE.0
@@ -127,7 +166,7 @@ impl Domain for Retrieval {
     }
 
     fn root(&self, scratch: &mut Scratch, _: &State, key: Key, out: &mut Outcome<Self>) {
-        self.judge(scratch, key, None, out);
+        self.judge(scratch, key, None, out, &Stop::never());
     }
 
     fn step(&self, scratch: &mut Scratch, jobs: &mut [Job<Self>], stop: &Stop) {
@@ -144,7 +183,7 @@ impl Domain for Retrieval {
             match result.status {
                 PushStatus::Executed if self.useful(&job.from, result) => {
                     std::mem::swap(&mut job.outcome.state, &mut result.state);
-                    self.judge(scratch, job.key, Some(&job.action), &mut job.outcome);
+                    self.judge(scratch, job.key, Some(&job.action), &mut job.outcome, stop);
                 }
                 PushStatus::Executed | PushStatus::Illegal { .. } => job.outcome.status = Status::Illegal,
                 PushStatus::Interrupted => job.outcome.status = Status::Interrupted,

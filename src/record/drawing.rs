@@ -50,6 +50,8 @@ pub(super) struct Drawing {
     /// Where the bodies that move are expected to end.
     pub predicted: Vec<DrawnBody>,
     pub action: Option<DrawnAction>,
+    /// A bar below the plot: filled to this share, with this text.
+    pub gauge: Option<(f64, String)>,
 }
 
 impl Drawing {
@@ -85,6 +87,7 @@ impl Drawing {
             bodies,
             predicted,
             action: action.and_then(|a| DrawnAction::new(scene, a)),
+            gauge: None,
         };
         drawing.widen();
         drawing

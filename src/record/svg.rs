@@ -95,12 +95,31 @@ impl SvgPicture {
         self
     }
 
+    /// Draws a bar below the last panel, filled to a share between 0 and 1, with a text beside it.
+    pub fn gauge(&mut self, share: f64, text: &str) -> &mut Self {
+        if let Some(panel) = self.panels.last_mut() {
+            panel.gauge = Some((share, text.to_owned()));
+        }
+        self
+    }
+
     /// Adds a panel for every action of a plan: `steps` holds each action with the state expected after it.
     pub fn plan(&mut self, problem: &Problem, steps: &[(Action, Option<State>)]) -> &mut Self {
-        let mut state = &problem.state;
+        self.steps(&problem.scene, &problem.state, Some(problem.target), steps)
+    }
+
+    /// The same for a problem without a target.
+    pub fn steps(
+        &mut self,
+        scene: &Scene,
+        state: &State,
+        target: Option<usize>,
+        steps: &[(Action, Option<State>)],
+    ) -> &mut Self {
+        let mut state = state;
         for (i, (action, after)) in steps.iter().enumerate() {
             let caption = format!("{} of {}", i + 1, steps.len());
-            self.panel(&problem.scene, state, Some(problem.target), Some(action), after.as_ref(), &caption);
+            self.panel(scene, state, target, Some(action), after.as_ref(), &caption);
             state = after.as_ref().unwrap_or(state);
         }
         self
@@ -171,6 +190,9 @@ impl SvgPicture {
         }
         canvas.close("svg");
         draw_strip(canvas, layout, size, layout.header + size[1]);
+        if let Some((share, text)) = &panel.gauge {
+            draw_gauge(canvas, *share, text, layout.header + size[1]);
+        }
     }
 
     /// Explains the marks that occur.
@@ -234,6 +256,15 @@ fn draw_strip(canvas: &mut Canvas, layout: &Layout, size: [f64; 2], top: f64) {
         canvas.segment([x, y - 4.0], [x, y + 4.0], &stroke);
     }
     canvas.label([right - bar / 2.0, y + 15.0], 11.0, Anchor::Middle, &style, "5 cm");
+}
+
+/// A bar that is filled to a share, between the axes and the scale below a plot.
+fn draw_gauge(canvas: &mut Canvas, share: f64, text: &str, top: f64) {
+    let (corner, size) = ([50.0, top + 8.0], [110.0, 9.0]);
+    let filled = if share.is_finite() { share.clamp(0.0, 1.0) * size[0] } else { 0.0 };
+    canvas.rect(corner, [filled, size[1]], &format!("fill=\"{GRASP}\""));
+    canvas.rect(corner, size, &format!("fill=\"none\" stroke=\"{FAINT}\""));
+    canvas.label([corner[0], top + 30.0], 11.0, Anchor::Start, &format!("fill=\"{INK}\""), text);
 }
 
 /// Where everything goes.

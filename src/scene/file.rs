@@ -1,4 +1,4 @@
-//! Scene files: a [`Problem`] as JSON. `docs/scene-format.md` documents the format.
+//! Scene files: a [`Problem`], a [`Rearrangement`] or a [`Clearing`] as JSON. `docs/scene-format.md` documents the format.
 //!
 //! What is written is read back bit for bit. Reading refuses unknown fields, and every error names the field and
 //! where it stands.
@@ -9,6 +9,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Deserializer, Serialize, de};
 
 use super::body::BodyDef;
+use super::clearing::Clearing;
 use super::gripper::Gripper;
 use super::json::{one_line, path_at, place_of};
 use super::library;
@@ -31,6 +32,9 @@ struct SceneFile {
     name: String,
     bodies: Vec<BodyEntry>,
     target: Option<TargetEntry>,
+    /// Everything is to be taken off the table.
+    #[serde(default)]
+    clear: bool,
     #[serde(default)]
     gripper: GripperEntry,
     #[serde(default)]
@@ -223,10 +227,16 @@ impl SceneFile {
     }
 
     fn problem(mut self) -> Result<Problem> {
+        if self.clear {
+            return Err(Error::argument(
+                "clear",
+                "belongs to a clearing problem, which has no target; plan with greedy",
+            ));
+        }
         if self.target.is_none() {
             return Err(Error::argument(
                 "scene",
-                "missing field `target`, the body to retrieve, or a `goal` of a body",
+                "missing field `target`, the body to retrieve, or a `goal` of a body, or `clear`",
             ));
         }
         if let Some(i) = self.bodies.iter().position(|body| body.goal.is_some()) {
@@ -244,6 +254,21 @@ impl SceneFile {
             None => usize::MAX,
         };
         Problem::new(self.name, scene, state, target)
+    }
+
+    fn clearing(mut self) -> Result<Clearing> {
+        if !self.clear {
+            return Err(Error::argument("clear", "is not true; everything is to be taken off the table where it is"));
+        }
+        if self.target.is_some() {
+            return Err(Error::argument("target", "belongs to a retrieval problem; with `clear` every body is one"));
+        }
+        if let Some(i) = self.bodies.iter().position(|body| body.goal.is_some()) {
+            let reason = "belongs to a rearrangement; with `clear` the bodies are taken away";
+            return Err(Error::argument(format!("bodies[{i}].goal"), reason));
+        }
+        let (scene, state) = self.table()?;
+        Clearing::new(self.name, scene, state)
     }
 
     fn rearrangement(mut self) -> Result<Rearrangement> {
@@ -437,11 +462,12 @@ fn file_text(name: &str, scene: &Scene, state: &State, goals: &[Option<Goal>], t
     ))
 }
 
-/// A problem as a file has it: what to retrieve, or how to arrange.
+/// A problem as a file has it: what to retrieve, how to arrange, or a table to clear.
 #[derive(Debug, Clone)]
 pub enum AnyProblem {
     Retrieval(Problem),
     Rearrangement(Rearrangement),
+    Clearing(Clearing),
 }
 
 impl AnyProblem {
@@ -453,6 +479,7 @@ impl AnyProblem {
         let name = match &mut problem {
             AnyProblem::Retrieval(problem) => &mut problem.name,
             AnyProblem::Rearrangement(problem) => &mut problem.name,
+            AnyProblem::Clearing(problem) => &mut problem.name,
         };
         if name.is_empty() {
             *name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
@@ -460,11 +487,14 @@ impl AnyProblem {
         Ok(problem)
     }
 
-    /// Reads the text of a scene file: a rearrangement if a body has a goal, else a retrieval problem.
+    /// Reads the text of a scene file: a clearing if it says so, a rearrangement if a body has a goal, else a retrieval
+    /// problem.
     pub fn from_json(text: &str) -> Result<AnyProblem> {
         let file = checked(text)?;
         let rearranges = file.bodies.iter().any(|body| body.goal.is_some());
-        let problem = if rearranges {
+        let problem = if file.clear {
+            file.clearing().map(AnyProblem::Clearing)
+        } else if rearranges {
             file.rearrangement().map(AnyProblem::Rearrangement)
         } else {
             file.problem().map(AnyProblem::Retrieval)
@@ -499,6 +529,35 @@ impl Rearrangement {
     /// The text of a scene file.
     pub fn to_json(&self) -> Result<String> {
         file_text(&self.name, &self.scene, &self.start, &self.goals, "")
+    }
+}
+
+impl Clearing {
+    /// Reads a scene file with `clear`. A file that gives no name is named after itself.
+    pub fn read(path: impl AsRef<Path>) -> Result<Clearing> {
+        let path = path.as_ref();
+        let text = std::fs::read_to_string(path).map_err(|e| Error::io(path, e))?;
+        let mut problem = Clearing::from_json(&text).map_err(|e| Error::format(path, e))?;
+        if problem.name.is_empty() {
+            problem.name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+        }
+        Ok(problem)
+    }
+
+    /// Writes a scene file; what is read back is equal bit for bit.
+    pub fn write(&self, path: impl AsRef<Path>) -> Result<()> {
+        let path = path.as_ref();
+        std::fs::write(path, self.to_json()?).map_err(|e| Error::io(path, e))
+    }
+
+    /// Reads the text of a scene file with `clear`. Errors name the field, and the line and column where it stands.
+    pub fn from_json(text: &str) -> Result<Clearing> {
+        checked(text)?.clearing().map_err(|e| located(text, e))
+    }
+
+    /// The text of a scene file.
+    pub fn to_json(&self) -> Result<String> {
+        file_text(&self.name, &self.scene, &self.state, &[], "  \"clear\": true,\n")
     }
 }
 

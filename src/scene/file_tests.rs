@@ -249,3 +249,34 @@ fn a_file_is_either_a_retrieval_or_a_rearrangement() {
         assert!(error.starts_with(wanted), "{error}\n{wanted}");
     }
 }
+
+#[test]
+fn a_table_to_be_cleared_is_read_back_bit_for_bit_and_refuses_what_belongs_to_other_problems() {
+    let clear = |text: &str| minimal(CUBE, "").replace(" \"target\": 0,", text);
+    let problem = Clearing::from_json(&clear(" \"clear\": true,")).unwrap();
+    let text = problem.to_json().unwrap();
+    let AnyProblem::Clearing(again) = AnyProblem::from_json(&text).unwrap() else { panic!("{text}") };
+    assert_eq!((&again.state, &*again.scene), (&problem.state, &*problem.scene));
+    assert_eq!(again.to_json().unwrap(), text);
+    for (error, wanted) in [
+        (Clearing::from_json(&clear(" \"clear\": false,")).err(), "clear: is not true"),
+        (Clearing::from_json(&clear("")).err(), "clear: is not true"),
+        (
+            Clearing::from_json(&clear(" \"clear\": true, \"target\": 0,")).err(),
+            "target: belongs to a retrieval problem",
+        ),
+        (Problem::from_json(&clear(" \"clear\": true,")).err(), "clear: belongs to a clearing problem"),
+        (AnyProblem::from_json(&clear(" \"clear\": false,")).err(), "scene: missing field `target`"),
+        (
+            Clearing::from_json(
+                &clear(" \"clear\": true,")
+                    .replace("\"pose\"", "\"goal\": {\"pose\": {\"x\": 0.4, \"y\": 0}}, \"pose\""),
+            )
+            .err(),
+            "bodies[0].goal: belongs to a rearrangement",
+        ),
+    ] {
+        let error = error.map(|e| e.to_string()).unwrap_or_default();
+        assert!(error.starts_with(wanted), "{error}\n{wanted}");
+    }
+}

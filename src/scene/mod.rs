@@ -6,6 +6,7 @@
 
 pub mod arc;
 mod body;
+mod clearing;
 mod file;
 pub mod generate;
 mod gripper;
@@ -17,13 +18,16 @@ mod state;
 #[cfg(test)]
 pub(crate) mod testing;
 pub mod trlb;
+mod uncertainty;
 mod workspace;
 mod world;
 
 pub use body::{Body, BodyDef, MAX_BODIES};
+pub use clearing::Clearing;
 pub use file::{AnyProblem, SCENE_VERSION};
 pub use gripper::{Grasper, Gripper, PushTip};
 pub use rearrangement::{CONTACT_SLACK, Goal, Rearrangement};
 pub use state::{BodyPose, Mask, State};
+pub use uncertainty::Uncertainty;
 pub use workspace::{LeaveRule, LeaveScope, Workspace};
 pub use world::{DEFAULT_OVERLAP_TOLERANCE, Friction, Problem, Scene, SceneBuilder};

@@ -26,6 +26,7 @@ pub(super) fn score<D: Domain>(arena: &Arena<D>, params: &Params, child: u32, pr
         }
         FinalChoice::ReturnsAndPrior { limit } => stats.best + f64::from(prior).clamp(0.0, limit),
         FinalChoice::Visits => f64::from(stats.visits),
+        FinalChoice::Prior => f64::from(prior),
     }
 }
 

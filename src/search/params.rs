@@ -116,6 +116,8 @@ pub enum FinalChoice {
     ReturnsAndPrior { limit: f64 },
     /// Most visits.
     Visits,
+    /// Greatest prior of those that turned out to be legal: the domain's expectation alone (MORE, PPN as a policy).
+    Prior,
 }
 
 /// What happens when selection arrives at a node with nothing left to try: a solution, the depth limit, a dead end.
@@ -304,7 +306,7 @@ impl Params {
         match self.final_choice {
             FinalChoice::Returns(mean) => check_mean("final_choice", mean)?,
             FinalChoice::ReturnsAndPrior { limit } => check_range("final_choice.limit", limit, 0.0..=1e9)?,
-            FinalChoice::Visits => {}
+            FinalChoice::Visits | FinalChoice::Prior => {}
         }
         check_range("discount", self.discount, 0.0..=1.0)?;
         check_count("max_depth", self.max_depth, 1, MAX_DEPTH)?;

@@ -20,6 +20,7 @@ static jostle_job *new_job;
 static jostle_plan *new_plan;
 static jostle_cancel *new_cancel;
 static jostle_simulator *new_simulator;
+static jostle_model *new_model;
 
 static void check(int line, const char *call, jostle_status got, jostle_status want, const char *message)
 {
@@ -30,7 +31,8 @@ static void check(int line, const char *call, jostle_status got, jostle_status w
                jostle_status_name(want), said, message);
         failures++;
     }
-    if (new_context || new_scene || new_planner || new_job || new_plan || new_cancel || new_simulator) {
+    if (new_context || new_scene || new_planner || new_job || new_plan || new_cancel || new_simulator ||
+        new_model) {
         printf("%d: %s\n  left a handle\n", line, call);
         exit(1);
     }
@@ -45,7 +47,7 @@ static void check(int line, const char *call, jostle_status got, jostle_status w
 #define BAD(call, want, message)                                                                                       \
     do {                                                                                                               \
         GARBAGE(new_context), GARBAGE(new_scene), GARBAGE(new_planner), GARBAGE(new_job), GARBAGE(new_plan);           \
-        GARBAGE(new_cancel), GARBAGE(new_simulator);                                                                   \
+        GARBAGE(new_cancel), GARBAGE(new_simulator), GARBAGE(new_model);                                                                   \
         jostle_status status_ = (call);                                                                                \
         if ((void *)new_context == (void *)&failures) new_context = NULL;                                              \
         if ((void *)new_scene == (void *)&failures) new_scene = NULL;                                                  \
@@ -54,6 +56,7 @@ static void check(int line, const char *call, jostle_status got, jostle_status w
         if ((void *)new_plan == (void *)&failures) new_plan = NULL;                                                    \
         if ((void *)new_cancel == (void *)&failures) new_cancel = NULL;                                                \
         if ((void *)new_simulator == (void *)&failures) new_simulator = NULL;                                          \
+        if ((void *)new_model == (void *)&failures) new_model = NULL;                                                  \
         check(__LINE__, #call, status_, (want), (message));                                                            \
     } while (0)
 
@@ -147,6 +150,93 @@ static void bad_bodies(void)
     DEF(def.name = "target", ARGUMENT, "def.name: `target` is taken");
     DEF(def.name = "\xff", ARGUMENT, "def.name: is not UTF-8");
     if (body.id != 0) exit(1);
+}
+
+static void bad_images(jostle_body target)
+{
+    jostle_body nobody = {0};
+    jostle_body foreign = {target.id + (UINT64_C(1) << 32)};
+    jostle_image_frame frame, good = {{{0.5, 0}, 0}, 0.002, 8, 8};
+    jostle_pixel_map map;
+    jostle_camera_image image;
+    jostle_image_options options = jostle_image_options_default();
+    jostle_seen_body seen[4];
+    size_t count = 99;
+    static uint8_t labels[64];
+    static float heights[64];
+
+#define FRAME(change, message)                                                                                         \
+    frame = good;                                                                                                      \
+    change;                                                                                                            \
+    BAD(jostle_scene_label_image(scene, &frame, labels, 8), ARGUMENT, message);                                        \
+    BAD(jostle_scene_height_image(scene, &frame, heights, 32), ARGUMENT, message);                                     \
+    BAD(jostle_scene_mask_image(scene, target, &frame, labels, 8), ARGUMENT, message);                                 \
+    BAD(jostle_image_frame_map(&frame, &map), ARGUMENT, message)
+
+    FRAME(frame.pixel = 0, "frame.pixel: is 0");
+    FRAME(frame.pixel = NOT_A_NUMBER, "frame.pixel: is ");
+    FRAME(frame.rows = 0, "frame.rows: is 0");
+    FRAME(frame.cols = 16385, "frame.cols: is 16385");
+    FRAME(frame.pose.theta = HUGE_VAL, "frame.pose: is not finite");
+    BAD(jostle_scene_label_image(scene, &good, labels, 7), ARGUMENT, "pixels: row_stride is 7 bytes; a row has 8 pixels");
+    BAD(jostle_scene_height_image(scene, &good, heights, 31), ARGUMENT, "pixels: pixels and row_stride must be aligned");
+    BAD(jostle_scene_height_image(scene, &good, heights, 28), ARGUMENT, "pixels: row_stride is 28 bytes");
+    BAD(jostle_scene_label_image(scene, &good, labels, (size_t)-1), ARGUMENT, "pixels: row_stride is 18446744073709551615");
+    BAD(jostle_scene_mask_image(scene, foreign, &good, labels, 8), NOT_FOUND, "body: ");
+    BAD(jostle_scene_mask_image(scene, nobody, &good, labels, 8), ARGUMENT, "body: is zero");
+    BAD(jostle_scene_frame_around(scene, foreign, 0, 0.002, 8, &frame), NOT_FOUND, "body: ");
+    BAD(jostle_scene_frame_around(scene, target, NOT_A_NUMBER, 0.002, 8, &frame), ARGUMENT, "heading: ");
+    BAD(jostle_scene_frame_around(scene, target, 0, -1, 8, &frame), ARGUMENT, "pixel: is -1");
+    BAD(jostle_scene_frame_around(scene, target, 0, 0.002, 0, &frame), ARGUMENT, "side: is 0");
+    BAD(jostle_camera_image_init(&image, 3), ARGUMENT, "size: is 3");
+    BAD(jostle_image_options_init(&options, 3), ARGUMENT, "size: is 3");
+
+#define IMAGE(change, want, message)                                                                                   \
+    image = jostle_camera_image_default();                                                                             \
+    image.rows = image.cols = image.label_stride = 8;                                                                  \
+    image.labels = labels, image.heights = heights, image.height_stride = 32;                                          \
+    options = jostle_image_options_default();                                                                          \
+    change;                                                                                                            \
+    BAD(jostle_scene_add_image(scene, &image, &options, seen, 4, &count), want, message);                              \
+    BAD(jostle_scene_match_image(scene, &image, &options, seen, 4, &count), want, message)
+
+    IMAGE(image.struct_size = 0, ARGUMENT, "image.struct_size: is 0");
+    IMAGE(image.rows = 0, ARGUMENT, "image.rows: is 0");
+    IMAGE(image.cols = (size_t)-1, ARGUMENT, "image.cols: is 18446744073709551615");
+    IMAGE(image.labels = NULL, ARGUMENT, "image.labels: is null");
+    IMAGE(image.masks = labels, ARGUMENT, "image.masks: are given beside labels");
+    IMAGE((image.masks = labels, image.labels = NULL), ARGUMENT, "image.mask_count: is 0");
+    IMAGE((image.masks = labels, image.labels = NULL, image.mask_count = 1), ARGUMENT, "image.masks: row_stride is 0");
+    IMAGE((image.masks = labels, image.labels = NULL, image.mask_count = 1, image.mask_stride = 8,
+           image.mask_plane_stride = 63),
+          ARGUMENT, "image.mask_plane_stride: is 63 bytes; a mask has 64");
+    IMAGE(image.label_stride = 7, ARGUMENT, "image.labels: row_stride is 7");
+    IMAGE(image.height_stride = 30, ARGUMENT, "image.heights: pixels and row_stride");
+    IMAGE(image.map.column.x = 0, ARGUMENT, "image.map: its columns and rows");
+    IMAGE(image.map.origin.y = NOT_A_NUMBER, ARGUMENT, "image.map: is not finite");
+    IMAGE(options.struct_size = 0, ARGUMENT, "options.struct_size: is 0");
+    IMAGE(options.at_border = 9, ARGUMENT, "options.at_border: is 9");
+    IMAGE(options.tolerance = 0, ARGUMENT, "options.tolerance: is 0");
+    IMAGE(options.min_area = NOT_A_NUMBER, ARGUMENT, "options.min_area: is ");
+    IMAGE(options.height_quantile = 0, ARGUMENT, "options.height_quantile: is 0");
+    IMAGE(options.height = -1, ARGUMENT, "options.height: is -1");
+    IMAGE(options.mass = 0, ARGUMENT, "options.mass: is 0");
+    IMAGE(options.friction = -1, ARGUMENT, "options.friction: is -1");
+    IMAGE(options.greatest_cost = -1, ARGUMENT, "options.greatest_cost: is -1");
+    IMAGE(options.discs = 3, ARGUMENT, "options.discs: is 3");
+    memset(labels, 1, sizeof labels);
+    image = jostle_camera_image_default();
+    image.rows = image.cols = image.label_stride = 8;
+    image.labels = labels;
+    options = jostle_image_options_default();
+    options.at_border = JOSTLE_BORDER_REFUSE;
+    BAD(jostle_scene_add_image(scene, &image, &options, seen, 4, &count), ARGUMENT, "image.labels[1]: reaches");
+    options.at_border = JOSTLE_BORDER_KEEP;
+    BAD(jostle_scene_add_image(scene, &image, &options, seen, 0, &count), JOSTLE_ERROR_BUFFER, "capacity: is 0; 1 are");
+    BAD(jostle_scene_add_image(scene, &image, &options, NULL, 4, &count), ARGUMENT, "buffer: is null, but capacity is 4");
+    BAD(jostle_scene_match_image(scene, &image, NULL, seen, 1, &count), JOSTLE_ERROR_BUFFER, "capacity: is 1; 2 are");
+    MUST(jostle_scene_add_image(scene, &image, &options, NULL, 0, &count)); /* asks for the count alone */
+    if (count != 1) exit(1);
 }
 
 static void bad_scenes(jostle_context *context, jostle_body target, jostle_body other)
@@ -272,6 +362,9 @@ static void bad_planners(jostle_context *context, jostle_planner *planner, jostl
     OPTION(options.planner = "oracle", NOT_FOUND, "options.planner: no planner is named `oracle`");
     OPTION(options.planner = "\xff", ARGUMENT, "options.planner: is not UTF-8");
     OPTION(options.engine = "newton", NOT_FOUND, "options.engine: no engine is named `newton`");
+    OPTION(options.scorer = "dice", NOT_FOUND, "options.scorer: no scorer is named `dice`");
+    OPTION(options.scorer_model = (void *)context, JOSTLE_ERROR_HANDLE, "options.scorer_model: is not a live handle");
+    OPTION(options.engine_model = (void *)context, JOSTLE_ERROR_HANDLE, "options.engine_model: is not a live handle");
     OPTION(options.preset = "rough", NOT_FOUND, "options.preset: ");
     OPTION(options.max_iterations = 0, ARGUMENT, "options.max_iterations: is 0");
     OPTION(options.max_seconds = 0, ARGUMENT, "options.max_seconds: is 0");
@@ -380,6 +473,22 @@ static void bad_planners(jostle_context *context, jostle_planner *planner, jostl
 }
 
 /* Goals that cannot be used, scenes whose goals do not fit, and planners given the other kind of problem. */
+static void bad_clearings(jostle_context *context, jostle_body target)
+{
+    jostle_planner_options options = jostle_planner_options_default();
+    jostle_planner *clearer = NULL;
+    options.planner = "greedy";
+    options.preset = "rough";
+    BAD(jostle_planner_new(context, &options, &new_planner), NOT_FOUND, "options.preset: ");
+    options.preset = NULL;
+    options.push_length = 7;
+    BAD(jostle_planner_new(context, &options, &new_planner), ARGUMENT, "options.push_length: is 7");
+    options.push_length = 0;
+    MUST(jostle_planner_new(context, &options, &clearer));
+    BAD(jostle_planner_solve(clearer, scene, target, NULL, &new_plan), ARGUMENT, "target: is a body; a planner that");
+    jostle_planner_free(clearer);
+}
+
 static void bad_rearrangements(jostle_context *context, jostle_planner *planner, jostle_body target)
 {
     jostle_planner_options options = jostle_planner_options_default();
@@ -440,6 +549,31 @@ static void bad_rearrangements(jostle_context *context, jostle_planner *planner,
     jostle_planner_free(mover);
 }
 
+/* Networks that are none; tests/capi/models.c has files that a check refuses. */
+static void bad_models(jostle_context *context)
+{
+    jostle_model_options options;
+    size_t length;
+
+#define MODEL(change, want, message)                                                                                   \
+    options = jostle_model_options_default();                                                                          \
+    change;                                                                                                            \
+    BAD(jostle_model_load(context, "never.onnx", NULL, &options, &new_model), want, message)
+
+    MODEL(options.struct_size = 0, ARGUMENT, "options.struct_size: is 0");
+    MODEL(options.device = -2, ARGUMENT, "options.device: is -2");
+    MODEL(options.self_test = 2, ARGUMENT, "options.self_test: is 2");
+    MODEL(options.tolerate = 9, ARGUMENT, "options.tolerate: is 9");
+    MODEL(options.backend = "abacus", NOT_FOUND, "options.backend: no backend is named `abacus`");
+    MODEL(options.runtime = "\xff", ARGUMENT, "options.runtime: is not UTF-8");
+    MODEL(options.threads = 1, NOT_FOUND, "never.onnx: there is no such file");
+    BAD(jostle_model_load(context, "never", NULL, NULL, &new_model), NOT_FOUND, "name: no built-in network is named");
+    BAD(jostle_model_load(context, "never.onnx", "cat", NULL, &new_model), NOT_FOUND, "kind: no kind of network is");
+    BAD(jostle_runtime_info(NULL, 0, NULL), ARGUMENT, "length: is null");
+    BAD(jostle_model_options_init(NULL, sizeof options), ARGUMENT, "options: is null");
+    BAD(jostle_model_info(NULL, NULL, 0, &length), ARGUMENT, "model: is null");
+}
+
 int main(void)
 {
     jostle_context *context, *dead_context;
@@ -449,6 +583,8 @@ int main(void)
     jostle_plan *plan, *dead_plan;
     jostle_cancel *cancel, *dead_cancel;
     jostle_simulator *simulator, *dead_simulator;
+    /* Of the right type, and never made: making one needs a runtime. */
+    jostle_model *model = NULL, *dead_model = (jostle_model *)(uintptr_t)0x3e700000011u;
     jostle_body target, other;
 
     jostle_context_options good_jostle_context_options = jostle_context_options_default();
@@ -461,7 +597,15 @@ int main(void)
     jostle_progress good_jostle_progress = jostle_progress_default();
     jostle_plan_statistics good_jostle_plan_statistics = jostle_plan_statistics_default();
     jostle_simulator_options good_jostle_simulator_options = jostle_simulator_options_default();
+    jostle_model_options good_jostle_model_options = jostle_model_options_default();
     jostle_pose2 good_jostle_pose2 = {{0.5, 0.1}, 0};
+    jostle_image_frame good_jostle_image_frame = {{{0.5, 0.0}, 0}, 0.002, 8, 8};
+    jostle_pixel_map good_jostle_pixel_map = {{0, 0}, {0.002, 0}, {0, 0.002}};
+    jostle_camera_image good_jostle_camera_image = jostle_camera_image_default();
+    jostle_image_options good_jostle_image_options = jostle_image_options_default();
+    jostle_seen_body good_jostle_seen_body;
+    uint8_t good_labels[64] = {0};
+    float good_heights[64] = {0};
     jostle_body good_jostle_body = {0};
     jostle_body_pose poses[64], good_jostle_body_pose;
     jostle_action good_jostle_action;
@@ -494,6 +638,8 @@ int main(void)
     if (good_jostle_job_state != JOSTLE_JOB_DONE) return 1;
     MUST(jostle_cancel_new(context, &cancel));
     MUST(jostle_simulator_new(context, scene, target, NULL, &simulator));
+    good_jostle_camera_image.rows = good_jostle_camera_image.cols = good_jostle_camera_image.label_stride = 8;
+    good_jostle_camera_image.labels = good_labels;
     memset(&good_jostle_body_pose, 0, sizeof good_jostle_body_pose);
     good_jostle_body_pose.body = target;
     memset(&good_jostle_action, 0, sizeof good_jostle_action);
@@ -519,7 +665,8 @@ int main(void)
     jostle_job_free(dead_job), jostle_plan_free(dead_plan), jostle_cancel_free(dead_cancel);
     jostle_simulator_free(dead_simulator);
     jostle_context_free(NULL), jostle_scene_free(NULL), jostle_planner_free(NULL), jostle_job_free(NULL);
-    jostle_plan_free(NULL), jostle_cancel_free(NULL), jostle_simulator_free(NULL);
+    jostle_plan_free(NULL), jostle_cancel_free(NULL), jostle_simulator_free(NULL), jostle_model_free(NULL);
+    jostle_model_free(dead_model);
 
 #include "bad_input_calls.h"
     BAD(jostle_abi_check(JOSTLE_ABI_VERSION + 1), JOSTLE_ERROR_ABI, "version: is 1");
@@ -533,8 +680,11 @@ int main(void)
     jostle_plan_free(taken);
     bad_bodies();
     bad_scenes(context, target, other);
+    bad_images(target);
     bad_planners(context, planner, plan, target);
     bad_rearrangements(context, planner, target);
+    bad_models(context);
+    bad_clearings(context, target);
 
     /* What cannot fail says something for everything. */
     if (!jostle_version()[0] || !jostle_build_info()[0] || jostle_version_number() != JOSTLE_VERSION_NUMBER) failures++;

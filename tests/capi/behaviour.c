@@ -211,12 +211,21 @@ static void plans(jostle_context *context)
                 CHECK(needed == 5 && JOSTLE_BODY_EQ(predicted[0].body, target));
             }
             MUST(jostle_plan_considered(plan, considered, 64, &needed));
+            for (size_t i = 0; i < needed; i++) {
+                double chance = -1, expected = -1;
+                size_t bodies = 0;
+                MUST(jostle_plan_explain(plan, i, &chance, &expected, predicted, 8, &bodies));
+                CHECK(bodies == 5 && chance >= 0 && chance <= 1 && (expected == 0 || expected >= 2));
+                MUST(jostle_plan_explain(plan, i, NULL, NULL, NULL, 0, &bodies));
+            }
+            CHECK(jostle_plan_explain(plan, needed, NULL, NULL, NULL, 0, &count) == JOSTLE_ERROR_NOT_FOUND);
             MUST(jostle_plan_get_statistics(plan, &statistics));
+            CHECK(statistics.proved_shortest <= 1 && statistics.success_chance <= 1);
             CHECK(statistics.seed == 3 && statistics.struct_size == sizeof statistics);
             MUST(jostle_plan_json(plan, NULL, 0, &needed));
             char *text = malloc(needed);
             MUST(jostle_plan_json(plan, text, needed, &needed));
-            CHECK(strlen(text) + 1 == needed && strstr(text, "\"planner\":\"pmbs\""));
+            CHECK(strlen(text) + 1 == needed && strstr(text, "\"planner\":\"hedge\""));
             free(text);
             uint32_t kept = 9;
             if (count) MUST(jostle_planner_advance(planner, &actions[0], &kept));

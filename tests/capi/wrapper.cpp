@@ -1,6 +1,7 @@
 // jostle.hpp: owners move and free themselves, failures throw, containers come out.
 #include <jostle/jostle.hpp>
 
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <type_traits>
@@ -69,7 +70,46 @@ static void all() {
     CHECK(made.actions().size() == made.size() && std::strlen(made.outcome_name()) > 3);
     CHECK(made.json().find("\"outcome\"") != std::string::npos && made.json().back() == '}');
     CHECK(made.considered().size() <= 64 && made.statistics().seed == 0);
+    if (!made.considered().empty()) {
+        const auto why = made.explain(0);
+        CHECK(!why.predicted.empty() && why.success_chance >= 0 && why.success_chance <= 1);
+    }
     for (std::size_t i = 0; i < made.size(); ++i) CHECK(made.predicted(i).size() == 3);
+
+    // What a camera sees of it makes the same scene again, and finds its bodies.
+    const image_frame frame{{{0.5, 0.05}, 0}, 0.002, 180, 200};
+    const std::vector<std::uint8_t> labels = world.label_image(frame);
+    const std::vector<float> heights = world.height_image(frame);
+    CHECK(world.mask_image(target, world.frame_around(target, 0.3, 0.002, 5)) == std::vector<std::uint8_t>(25, 1));
+    jostle_camera_image image = jostle_camera_image_default();
+    image.rows = frame.rows, image.cols = frame.cols;
+    image.labels = labels.data(), image.label_stride = frame.cols;
+    image.heights = heights.data(), image.height_stride = frame.cols * sizeof(float);
+    check(jostle_image_frame_map(&frame, &image.map));
+    scene again(from);
+    const std::vector<seen_body> added = again.add_image(image);
+    CHECK(added.size() == 3 && again.size() == 3 && again.name(added[2].body) == "label 3");
+    again.validate();
+    const std::vector<seen_body> matched = world.match_image(image);
+    CHECK(matched.size() == 3);
+    for (const seen_body &seen : matched) {
+        CHECK(seen.seen == JOSTLE_SEEN_BODY && world.find(world.name(seen.body)) == seen.body);
+        const vec2 there = world.pose(seen.body).p;
+        CHECK(std::fabs(seen.pose.p.x - there.x) < 1e-3 && std::fabs(seen.pose.p.y - there.y) < 1e-3);
+    }
+
+    // The same from masks, one for each body.
+    std::vector<std::uint8_t> masks;
+    for (const body_pose &at : world.poses()) {
+        const std::vector<std::uint8_t> mask = world.mask_image(at.body, frame);
+        masks.insert(masks.end(), mask.begin(), mask.end());
+    }
+    image.labels = nullptr;
+    image.masks = masks.data(), image.mask_count = 3;
+    image.mask_stride = frame.cols, image.mask_plane_stride = frame.rows * frame.cols;
+    scene masked(from);
+    CHECK(masked.add_image(image).size() == 3 && masked.hash() == again.hash());
+    CHECK(world.match_image(image)[1].pose.p.x == matched[1].pose.p.x);
 
     cancel stop(from);
     const cancel twin = stop;
@@ -103,6 +143,13 @@ static void all() {
         CHECK(calls == 0);
     } catch (int thrown) {
         CHECK(thrown == 7 && calls == 1);
+    }
+
+    try {
+        (void)model(from, "never.onnx", "gc");
+        CHECK(false);
+    } catch (const error &e) {
+        CHECK(e.status() == JOSTLE_ERROR_NOT_FOUND && std::strstr(e.what(), "never.onnx: there is no such file"));
     }
 
     simulator robot(from, world, target);

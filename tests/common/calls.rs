@@ -25,6 +25,8 @@ fn good(function: &Function, kind: &str, name: &str) -> String {
         (kind, true) if kind.starts_with("jostle_") => format!("&good_{kind}"),
         ("jostle_body", false) => "target".into(),
         ("size_t", true) => "&good_count".into(),
+        ("uint8_t", true) => "good_labels".into(),
+        ("float", true) => "good_heights".into(),
         ("uint64_t", true) => "&good_u64".into(),
         ("uint32_t", true) => "&good_u32".into(),
         ("double", true) => "&good_double".into(),
@@ -39,7 +41,7 @@ fn good(function: &Function, kind: &str, name: &str) -> String {
     }
 }
 
-const HANDLES: [&str; 7] = [
+const HANDLES: [&str; 8] = [
     "jostle_context",
     "jostle_scene",
     "jostle_planner",
@@ -47,6 +49,7 @@ const HANDLES: [&str; 7] = [
     "jostle_plan",
     "jostle_cancel",
     "jostle_simulator",
+    "jostle_model",
 ];
 
 /// A call for every pointer of every function: null where that is not allowed, dead and mistaken where it is a handle.

@@ -55,10 +55,10 @@ impl Rules<'_> {
     }
 
     /// The push from `start`, moved back as far as it takes.
-    fn legal(&self, start: Vec2, direction: Vec2, placed: &[Placed], near: &mut [usize]) -> Option<Push> {
+    fn legal(&self, start: Vec2, direction: Vec2, travel: f64, placed: &[Placed], near: &mut [usize]) -> Option<Push> {
         for back in std::iter::once(0.0).chain(self.params.back_off.iter().copied()) {
             let start = start - direction * back;
-            let end = start + direction * self.travel;
+            let end = start + direction * travel;
             if self.borders_hold(start, end) && self.clear(start, direction, placed, near) {
                 return Some(Push::new(start, end));
             }
@@ -78,7 +78,8 @@ impl Rules<'_> {
             if !body.pushable || (p.frame.origin - end).norm_squared() > reach * reach {
                 continue;
             }
-            let Some(behind) = extent_behind(&body.footprint, p.frame.inverse_vector(direction), self.params.strip)
+            let Some(behind) =
+                extent_behind(&body.footprint, p.frame.inverse_vector(direction), 0.0, self.params.strip)
             else {
                 continue;
             };
@@ -110,6 +111,7 @@ impl ContourSampler {
             "pmbs" => ("pmbs", SamplerParams::pmbs()),
             "pmbs_contour" => ("pmbs_contour", SamplerParams::pmbs_contour()),
             "dense" => ("dense", SamplerParams::dense()),
+            "rich" => ("rich", SamplerParams::rich()),
             _ => return Err(unknown(name)),
         };
         Self::new(name, params)
@@ -217,7 +219,8 @@ impl PushSampler for ContourSampler {
                     continue;
                 }
                 let direction = frame.vector(candidate.direction);
-                let Some(push) = rules.legal(frame.point(candidate.start), direction, placed, near) else { continue };
+                let (start, travel) = (frame.point(candidate.start), rules.travel * candidate.share);
+                let Some(push) = rules.legal(start, direction, travel, placed, near) else { continue };
                 let push = Push { body: Some(body), ..push };
                 if candidate.source == Source::Axis {
                     out.push(push)

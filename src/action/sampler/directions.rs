@@ -23,6 +23,8 @@ pub(super) struct Candidate {
     pub start: Vec2,
     pub direction: Vec2,
     pub source: Source,
+    /// Length of the push as a share of the sampler's.
+    pub share: f64,
 }
 
 /// The pushes of one body.
@@ -99,9 +101,18 @@ impl BodyTable {
         let c = footprint.centroid;
         let candidates: Vec<Candidate> = directions
             .into_iter()
-            .filter_map(|(direction, source)| {
-                let behind = extent_behind(footprint, direction, params.strip)?;
-                Some(Candidate { start: c - direction * (behind + params.stand_off), direction, source })
+            .flat_map(|(direction, source)| {
+                let side = vec2(-direction.y, direction.x);
+                let push = move |offset: f64, share: f64, source: Source| {
+                    let behind = extent_behind(footprint, direction, offset, params.strip)?;
+                    let start = c + side * offset - direction * (behind + params.stand_off);
+                    Some(Candidate { start, direction, source, share })
+                };
+                let lateral: &[f64] = if source == Source::Axis { &params.lateral } else { &[] };
+                std::iter::once(push(0.0, 1.0, source))
+                    .chain(params.lengths.iter().map(move |&share| push(0.0, share, Source::Other)))
+                    .chain(lateral.iter().map(move |&offset| push(offset, 1.0, Source::Other)))
+                    .flatten()
             })
             .collect();
         let back = params.back_off.iter().copied().fold(0.0, f64::max);
@@ -115,13 +126,13 @@ impl BodyTable {
     }
 }
 
-/// How far the body reaches behind its centroid, against `direction`, within `strip` of the line through the centroid.
-/// None where the strip misses the body. Exact for polygons and discs.
-pub(super) fn extent_behind(footprint: &Footprint, direction: Vec2, strip: f64) -> Option<f64> {
+/// How far the body reaches behind its centroid, against `direction`, within `strip` of the line that passes the centroid
+/// `offset` to the left. None where the strip misses the body. Exact for polygons and discs.
+pub(super) fn extent_behind(footprint: &Footprint, direction: Vec2, offset: f64, strip: f64) -> Option<f64> {
     let side = vec2(-direction.y, direction.x);
     let local = |p: Vec2| {
         let r = p - footprint.centroid;
-        vec2(-r.dot(&direction), r.dot(&side))
+        vec2(-r.dot(&direction), r.dot(&side) - offset)
     };
     let mut best = f64::NEG_INFINITY;
     for piece in &footprint.pieces {

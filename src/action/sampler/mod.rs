@@ -14,6 +14,8 @@
 //! `pmbs_contour` is `pmbs` with up to four directions from corners, as the text of PMBS reads ("evenly sampled around the
 //! contour"; its code has the fixed eight).
 //!
+//! `rich` is `pmbs_contour` with three lengths of every push and, along the axes, pushes 10 mm beside the centroid.
+//!
 //! The first three are the samplers of Visual Foresight Trees, MORE and PMBS with exact polygons in place of 2 mm
 //! pixels; [`SamplerParams`] says field by field where that makes a difference. `dense` is ours.
 
@@ -86,7 +88,7 @@ struct Placed {
 }
 
 /// The names that [`by_name`] knows.
-pub const NAMES: [&str; 5] = ["vft", "more", "pmbs", "pmbs_contour", "dense"];
+pub const NAMES: [&str; 6] = ["vft", "more", "pmbs", "pmbs_contour", "dense", "rich"];
 
 /// A preset. Prepare it for the scene before use.
 pub fn by_name(name: &str) -> Result<Box<dyn PushSampler>> {

@@ -29,6 +29,11 @@ pub struct SamplerParams {
     pub stand_off: f64,
     /// Commanded length (VFT 37 px = 74 mm, MORE 50 px = 100 mm, PMBS 25 px = 50 mm).
     pub length: f64,
+    /// Further lengths of every push, as shares of `length`. The originals have one length.
+    pub lengths: Vec<f64>,
+    /// Further pushes along each axis, beside the line through the centroid by these distances to the left of it. The
+    /// strip in which the contact is sought moves along. The originals push at the centroid alone.
+    pub lateral: Vec<f64>,
     /// Share of `length` that the tip really travels. 1: as commanded. The originals' simulated arm stops when it is
     /// within 0.05 rad of its goal and travels 87 to 94 of 100 mm: 0.91 plays that back.
     pub travel: f64,
@@ -129,6 +134,8 @@ impl SamplerParams {
             strip: 0.016,
             stand_off: 0.020,
             length: 0.10,
+            lengths: Vec::new(),
+            lateral: Vec::new(),
             travel: 1.0,
             region: Region::Workspace,
             start_inset: 0.0,
@@ -188,8 +195,19 @@ impl SamplerParams {
         Self { corners: Some(Corners { most: 4, separation: 0.2 }), ..Self::pmbs() }
     }
 
+    /// [`SamplerParams::pmbs_contour`] with pushes off the centroid and of three lengths: about four times as many.
+    pub fn rich() -> Self {
+        Self { lengths: vec![0.6, 1.4], lateral: vec![-0.010, 0.010], ..Self::pmbs_contour() }
+    }
+
     /// Checks every field; errors name it.
     pub fn validate(&self) -> Result<()> {
+        for (i, share) in self.lengths.iter().enumerate() {
+            check_range(&format!("sampler.lengths[{i}]"), *share, 0.05..=10.0)?;
+        }
+        for (i, offset) in self.lateral.iter().enumerate() {
+            check_range(&format!("sampler.lateral[{i}]"), *offset, -1.0..=1.0)?;
+        }
         check_range("sampler.strip", self.strip, 0.0..=1.0)?;
         check_range("sampler.stand_off", self.stand_off, 0.0..=1.0)?;
         check_positive("sampler.length", self.length)?;

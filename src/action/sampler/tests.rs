@@ -108,6 +108,23 @@ fn a_rectangle_has_corner_pushes_and_a_disc_none() {
 }
 
 #[test]
+fn a_rich_set_has_every_length_and_pushes_beside_the_centroid() {
+    let scene = scene_of(vec![cube()]);
+    let state = State::new([Pose2::new(0.5, 0.0, 0.0)]);
+    let plain = sample(&preset("pmbs_contour"), &scene, &state, None, 1);
+    let rich = sample(&preset("rich"), &scene, &state, None, 1);
+    assert!(plain.iter().all(|p| rich.iter().any(|q| (p.start() - q.start()).norm() < 1e-9 && p.end == q.end)));
+    let of_length = |length: f64| rich.iter().filter(|p| (p.length() - length).abs() < 1e-9).count();
+    // Four axes and four diagonals of each length, and two pushes beside each axis.
+    assert_eq!([of_length(0.03), of_length(0.05), of_length(0.07), rich.len()], [8, 16, 8, 32]);
+    let beside = |sign: f64| {
+        let start = vec2(0.5 - 0.0225 - 0.018, 0.010 * sign);
+        rich.iter().any(|p| (p.start() - start).norm() < 1e-9 && (p.end() - start - vec2(0.05, 0.0)).norm() < 1e-9)
+    };
+    assert!(beside(1.0) && beside(-1.0), "{rich:?}");
+}
+
+#[test]
 fn borders_hold_where_each_preset_says() {
     let inside = |p: Vec2, half: f64| (p.x - 0.5).abs() <= half && p.y.abs() <= half;
     let confined = Workspace::rectangle(vec2(0.356, -0.144), vec2(0.644, 0.144));
@@ -335,7 +352,7 @@ fn names_and_bad_parameters_are_reported() {
         assert_eq!(by_name(name).unwrap().name(), name);
     }
     let error = by_name("best").err().unwrap().to_string();
-    assert_eq!(error, "sampler: no sampler is named `best`; known: vft, more, pmbs, pmbs_contour, dense");
+    assert_eq!(error, "sampler: no sampler is named `best`; known: vft, more, pmbs, pmbs_contour, dense, rich");
     let bad = |params: SamplerParams| params.validate().unwrap_err().to_string();
     assert!(bad(SamplerParams { length: -1.0, ..SamplerParams::default() }).starts_with("sampler.length: is -1"));
     assert!(

@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use clap::error::ErrorKind;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use jostle::eval::{Against, JudgeOptions};
+use jostle::grasp::check_scorer;
+use jostle::net::{Kind, LoadOptions, Model};
 use jostle::physics::{EngineInfo, PhysicsOptions, Purpose};
 use jostle::plan::{PlannerOptions, Variant};
 use jostle::run::Budget;
@@ -40,6 +42,126 @@ pub enum Command {
     Bench(BenchCommand),
     /// Draw a scene or a plan
     Render(RenderArgs),
+    /// Write what a camera above the table sees, as an image (PGM)
+    Observe(ObserveArgs),
+    /// Say what a network's file is and check it; without a file, list the built-in networks and what runs them
+    Model(ModelArgs),
+    /// Make training data for the networks: shards of tensors and a manifest; goes on where an earlier run ended
+    #[command(subcommand)]
+    Datagen(DatagenCommand),
+}
+
+#[derive(Debug, Subcommand)]
+pub enum DatagenCommand {
+    /// Pushes in packed and loose scenes, and the motion of every body
+    Push(DatagenPushArgs),
+    /// States and the value of every push, by a search
+    Ppn(DatagenPpnArgs),
+    /// Targets, their best grasp, and the score of every grasp on a grid
+    Grasp(DatagenGraspArgs),
+    /// Label images of whole scenes
+    Segment(DatagenSegmentArgs),
+}
+
+/// Where training data goes, and what it depends on whatever its kind.
+#[derive(Debug, Clone, Args)]
+pub struct DatagenArgs {
+    /// The folder; made if it does not exist. Whole shards of the same data are kept
+    #[arg(value_name = "FOLDER")]
+    pub folder: PathBuf,
+    /// Rows in all; more than an earlier run asked for completes its folder
+    #[arg(long, short = 'n', default_value_t = 16384, value_name = "N")]
+    pub count: usize,
+    /// Rows of a shard
+    #[arg(long, default_value_t = 16384, value_name = "N")]
+    pub shard: usize,
+    /// Seed of everything random but the shapes
+    #[arg(long, default_value_t = 0, value_name = "N")]
+    pub seed: u64,
+    /// Worker threads; they change nothing but the time [default: one for each core]
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+    /// Least and greatest number of bodies, as in 5..9 (both included), at most 12 [default: the kind's]
+    #[arg(long, value_name = "A..B", value_parser = parse_range)]
+    pub bodies: Option<(usize, usize)>,
+    /// Shapes of the family: the seven blocks and drawn ones; a tenth of those drawn is for validation, a tenth for tests
+    #[arg(long, default_value_t = 4096, value_name = "N")]
+    pub shapes: usize,
+    /// Seed of the family
+    #[arg(long, default_value_t = 1, value_name = "N")]
+    pub shape_seed: u64,
+    #[command(flatten)]
+    pub json: JsonArgs,
+}
+
+#[derive(Debug, Args)]
+pub struct DatagenPpnArgs {
+    #[command(flatten)]
+    pub data: DatagenArgs,
+    /// Scenes: the generator's packed blocks, or the mixture that pushes are made in
+    #[arg(long, value_enum, default_value = "generated")]
+    pub from: FromArg,
+    /// Iterations of a search
+    #[arg(long, default_value_t = 300, value_name = "N")]
+    pub iterations: u64,
+    /// Push sampler
+    #[arg(long, default_value = "more", value_name = "NAME")]
+    pub sampler: String,
+    /// States of a scene, each led to by a push from the one before
+    #[arg(long, default_value_t = 2, value_name = "N")]
+    pub states: usize,
+}
+
+/// Scenes of training data.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum FromArg {
+    /// Packed blocks of the library; a tenth of the scenes is for validation, a tenth for tests
+    Generated,
+    /// Blocks and drawn shapes, packed and loose; the splits share no shape
+    Mixed,
+}
+
+#[derive(Debug, Args)]
+pub struct DatagenGraspArgs {
+    #[command(flatten)]
+    pub data: DatagenArgs,
+    /// States of a scene, each led to by a push from the one before
+    #[arg(long, default_value_t = 3, value_name = "N")]
+    pub states: usize,
+    /// Targets of a state
+    #[arg(long, default_value_t = 2, value_name = "N")]
+    pub targets: usize,
+    /// What the labels come from: geometric, or an engine that tries out a share of the best grasps as well: bullet or
+    /// bullet:PRESET
+    #[arg(long, default_value = "geometric", value_name = "SOURCE")]
+    pub label: String,
+    /// Share of the best grasps that the engine tries out
+    #[arg(long, default_value_t = 0.1, value_name = "SHARE", allow_negative_numbers = true)]
+    pub trial_share: f64,
+}
+
+#[derive(Debug, Args)]
+pub struct DatagenSegmentArgs {
+    #[command(flatten)]
+    pub data: DatagenArgs,
+    /// States of a scene, each led to by a push from the one before
+    #[arg(long, default_value_t = 2, value_name = "N")]
+    pub states: usize,
+}
+
+#[derive(Debug, Args)]
+pub struct DatagenPushArgs {
+    #[command(flatten)]
+    pub data: DatagenArgs,
+    /// Engine that executes the pushes: ENGINE or ENGINE:PRESET
+    #[arg(long, default_value = "prism:fine", value_name = "ENGINE[:PRESET]")]
+    pub physics: String,
+    /// Pushes from each state
+    #[arg(long, default_value_t = 8, value_name = "N")]
+    pub pushes: usize,
+    /// States of a scene, each led to by a push from the one before
+    #[arg(long, default_value_t = 3, value_name = "N")]
+    pub states: usize,
 }
 
 #[derive(Debug, Subcommand)]
@@ -50,13 +172,58 @@ pub enum BenchCommand {
     Search(BenchSearchArgs),
     /// Path queries of one body among others: answers a second, on one thread
     Path(BenchPathArgs),
+    /// Networks: milliseconds of a call and of an item
+    Net(BenchNetArgs),
+    /// Images of generated tables, and scenes and poses from images: cost and accuracy, on one thread
+    Image(BenchImageArgs),
+}
+
+#[derive(Debug, Args)]
+pub struct ModelArgs {
+    /// An ONNX file, or the name of a built-in network
+    #[arg(value_name = "MODEL")]
+    pub model: Option<String>,
+    /// What it must be: dipn, ppn, gc, gn or segmentation [default: any]
+    #[arg(long, value_name = "KIND")]
+    pub kind: Option<String>,
+    /// The library of ONNX Runtime [default: ORT_DYLIB_PATH, beside the program, the system's]
+    #[arg(long, value_name = "FILE")]
+    pub runtime: Option<PathBuf>,
+    #[command(flatten)]
+    pub json: JsonArgs,
+}
+
+#[derive(Debug, Args)]
+pub struct BenchNetArgs {
+    /// ONNX files and names of built-in networks [default: all built-in ones]
+    #[arg(value_name = "MODEL")]
+    pub models: Vec<String>,
+    /// Items of a call
+    #[arg(long, value_delimiter = ',', default_value = "1,16,64", value_name = "N,...")]
+    pub batches: Vec<usize>,
+    /// Bodies of a scene, for networks that know bodies
+    #[arg(long, default_value_t = 10, value_name = "N")]
+    pub objects: usize,
+    /// Seconds of each measurement
+    #[arg(long, default_value_t = 1.0, value_name = "SECONDS")]
+    pub seconds: f64,
+    /// Threads of one call
+    #[arg(long, default_value_t = 1, value_name = "N")]
+    pub threads: usize,
+    /// The library of ONNX Runtime [default: ORT_DYLIB_PATH, beside the program, the system's]
+    #[arg(long, value_name = "FILE")]
+    pub runtime: Option<PathBuf>,
+    #[command(flatten)]
+    pub json: JsonArgs,
 }
 
 /// How a planner is set up.
 #[derive(Debug, Clone, Args)]
 pub struct PlannerArgs {
-    /// The planner: pmbs (parallel waves) or mcts (serial); for rearrangements untangle, pmmr or hbfs
-    #[arg(long, default_value = "pmbs", value_name = "NAME")]
+    /// The planner: hedge (fewest actions on average), pmbs (parallel waves), mcts (serial), more (guided by ppn), ppn (that
+    /// network alone), vft (foresight by dipn), dipn (one push ahead); for rearrangements untangle, pmmr or hbfs; to clear a
+    /// table greedy, or a baseline: random_push or grasp_only
+    #[arg(long, default_value = "hedge", value_name = "NAME")]
     pub planner: String,
     #[command(flatten)]
     pub physics: PhysicsArgs,
@@ -64,6 +231,13 @@ pub struct PlannerArgs {
     /// [default: the planner's own choice]
     #[arg(long, value_name = "ENGINE[:PRESET]")]
     pub confirm: Option<String>,
+    /// What says how good a state is: geometric, or the networks gc or gn, with SCORER:FILE a network of one's own
+    /// [default: the planner's own]
+    #[arg(long, value_name = "SCORER[:FILE]")]
+    pub scorer: Option<String>,
+    /// What values pushes before they are tried: ppn, ppn:FILE, or none [default: the planner's own]
+    #[arg(long, value_name = "PRIOR[:FILE]")]
+    pub prior: Option<String>,
     /// A gripper to take the place of the scene's: robotiq_2f85 or dissertation_mask
     #[arg(long, value_name = "NAME")]
     pub gripper: Option<String>,
@@ -99,10 +273,10 @@ pub struct PlannerArgs {
 /// The engine of the planner's model.
 #[derive(Debug, Clone, Args)]
 pub struct PhysicsArgs {
-    /// Engine that predicts pushes: rapier, planar, prism or bullet [default: the planner's own; rapier to compare]
+    /// Engine that predicts pushes: rapier, planar, prism, bullet or dipn [default: the planner's own; rapier to compare]
     #[arg(long, value_name = "ENGINE")]
     pub physics: Option<String>,
-    /// Preset of the engine, such as fast or fine [default: the one that suits planning]
+    /// Preset of the engine, such as fast or fine; for dipn a network's file or name [default: the one that suits planning]
     #[arg(long, value_name = "NAME")]
     pub preset: Option<String>,
 }
@@ -141,6 +315,17 @@ impl PlannerArgs {
         };
         options.set_physics(self.physics.physics.as_deref(), self.physics.preset.as_deref())?;
         options.set_confirm(self.confirm.as_deref())?;
+        if let Some(scorer) = &self.scorer {
+            let (name, file) = name_and_file(scorer);
+            check_scorer(name)?;
+            options.scorer = Some(name.into());
+            options.scorer_model = file.map(|file| network("scorer", name, file)).transpose()?;
+        }
+        if let Some(prior) = &self.prior {
+            let (name, file) = name_and_file(prior);
+            options.prior = Some(name.into());
+            options.prior_model = file.map(|file| network("prior", name, file)).transpose()?;
+        }
         options.validate()?;
         Ok(options)
     }
@@ -148,6 +333,16 @@ impl PlannerArgs {
     pub fn gripper(&self) -> Outcome<Option<Gripper>> {
         Ok(self.gripper.as_deref().map(Gripper::by_name).transpose()?)
     }
+}
+
+fn name_and_file(text: &str) -> (&str, Option<&str>) {
+    text.split_once(':').map_or((text, None), |(name, file)| (name, Some(file)))
+}
+
+/// A network of one's own for a part of a planner that is named as its kind.
+fn network(part: &str, name: &str, file: &str) -> Outcome<Model> {
+    let kind = Kind::by_name(name).map_err(|_| Failure::usage(&format!("{part}: `{name}` has no network")))?;
+    Ok(Model::open(file, Some(kind), &LoadOptions::default())?)
 }
 
 pub fn cores() -> usize {
@@ -242,11 +437,15 @@ pub struct PlanArgs {
     /// Draw the plan into this file
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
+    /// Draw why it was chosen: a panel for each of the best first actions
+    #[arg(long, value_name = "FILE")]
+    pub explain: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
 pub struct RunArgs {
-    /// A folder of scenes, a single scene, generated:N[:SEED], or rearrange for the 40 rearrangements of this tool
+    /// A folder of scenes, a single scene, generated:N[:SEED], or a suite of this tool: own-hard, own-confined, deep,
+    /// rearrange (40 rearrangements), clear-random (30 tables to be cleared) or clear-packed (10)
     #[arg(value_name = "SUITE", required_unless_present = "suite_option")]
     pub suite: Option<String>,
     /// The same by name
@@ -259,7 +458,8 @@ pub struct RunArgs {
     /// Trials of each problem
     #[arg(long, default_value_t = 5, value_name = "N")]
     pub trials: u64,
-    /// A trial fails after this many actions [default: 16 with the pmbs profile, else 30]
+    /// A trial fails after this many actions [default: 16 with the pmbs profile, three for each body of a table to be
+    /// cleared, else 30]
     #[arg(long, value_name = "N")]
     pub max_actions: Option<usize>,
     /// Execute every plan to its end instead of planning anew after each action (rearrangements)
@@ -268,6 +468,9 @@ pub struct RunArgs {
     /// Runs of hbfs with seeds of their own, of which the best counts (rearrangements)
     #[arg(long, default_value_t = 1, value_name = "N")]
     pub seeds: usize,
+    /// The ablation of pmmr without R_b, the reward of the initial state that is subtracted (rearrangements)
+    #[arg(long)]
+    pub no_base_reward: bool,
     /// Conventions for original test cases and generated problems
     #[arg(long, value_enum, default_value = "auto")]
     pub profile: ProfileArg,
@@ -298,6 +501,9 @@ pub struct GenerateArgs {
     /// Workspace and masses
     #[arg(long, value_enum, default_value = "more")]
     pub profile: ProfileArg,
+    /// Least number of pushes that every scene needs, proved by trying all shorter plans
+    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=3))]
+    pub pushes: u32,
     /// A gripper to take the place of the profile's
     #[arg(long, value_name = "NAME")]
     pub gripper: Option<String>,
@@ -312,6 +518,32 @@ pub struct GenerateArgs {
 pub enum GenerateKind {
     /// Write random rearrangements that can be solved, but not by bringing one body after the other to its goal
     Rearrange(GenerateRearrangeArgs),
+    /// Write random tables to be cleared: clutter, or tight packs in which hardly a grasp is possible at first
+    Clear(GenerateClearArgs),
+}
+
+#[derive(Debug, Args)]
+pub struct GenerateClearArgs {
+    /// Folder that the scenes are written to; made if it does not exist
+    #[arg(value_name = "FOLDER")]
+    pub folder: PathBuf,
+    /// What lies on the table
+    #[arg(long, default_value = "random", value_name = "KIND", value_parser = ["random", "packed"])]
+    pub kind: String,
+    /// Number of problems
+    #[arg(long, short = 'n', default_value_t = 30, value_name = "N")]
+    pub count: usize,
+    /// Least and greatest number of bodies, as in 10..30 (both included) [default: the kind's]
+    #[arg(long, value_name = "A..B", value_parser = parse_range)]
+    pub bodies: Option<(usize, usize)>,
+    /// The gripper that can take every body when it is alone [default: robotiq_2f85]
+    #[arg(long, value_name = "NAME")]
+    pub gripper: Option<String>,
+    /// Seed of everything random
+    #[arg(long, default_value_t = 0, value_name = "N")]
+    pub seed: u64,
+    #[command(flatten)]
+    pub json: JsonArgs,
 }
 
 #[derive(Debug, Args)]
@@ -356,6 +588,27 @@ pub struct BenchPathArgs {
     #[arg(long, default_value_t = 5, value_name = "N")]
     pub rounds: usize,
     /// Seed of the queries
+    #[arg(long, default_value_t = 0, value_name = "N")]
+    pub seed: u64,
+    #[command(flatten)]
+    pub json: JsonArgs,
+}
+
+#[derive(Debug, Args)]
+pub struct BenchImageArgs {
+    /// Number of tables
+    #[arg(long, short = 'n', default_value_t = 30, value_name = "N")]
+    pub count: usize,
+    /// Bodies on each
+    #[arg(long, default_value_t = 10, value_name = "N")]
+    pub bodies: usize,
+    /// Share of the pixels at borders that are turned over, in [0, 1]
+    #[arg(long, default_value_t = 0.0, value_name = "P")]
+    pub noise: f64,
+    /// Times that everything is done; the least time counts
+    #[arg(long, default_value_t = 5, value_name = "N")]
+    pub rounds: usize,
+    /// Seed of tables and noise
     #[arg(long, default_value_t = 0, value_name = "N")]
     pub seed: u64,
     #[command(flatten)]
@@ -506,6 +759,43 @@ pub struct RenderArgs {
     /// One picture that moves instead of one for each action (rearrangements)
     #[arg(long)]
     pub animated: bool,
+    /// Conventions for an original test case
+    #[arg(long, value_enum, default_value = "auto")]
+    pub profile: ProfileArg,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ImageArg {
+    /// 0 for the table, k + 1 for body k
+    Labels,
+    /// Tenths of a millimetre above the table, 16 bits
+    Heights,
+    /// 255 for bodies, 0 for the table
+    Foreground,
+    /// 255 for the target, 0 for all else
+    Target,
+}
+
+#[derive(Debug, Args)]
+pub struct ObserveArgs {
+    /// A scene file or an original test case
+    #[arg(value_name = "SCENE")]
+    pub input: PathBuf,
+    /// The image; its first row is that of the least y
+    #[arg(long, short, value_name = "FILE")]
+    pub output: PathBuf,
+    /// What the pixels say
+    #[arg(long, value_enum, default_value = "labels")]
+    pub image: ImageArg,
+    /// Side of a pixel, metres
+    #[arg(long, default_value_t = 0.002, value_name = "M")]
+    pub pixel: f64,
+    /// About the target instead of the whole workspace: pixels on a side
+    #[arg(long, value_name = "N")]
+    pub crop: Option<usize>,
+    /// Heading of the rows, radians from +x of the world
+    #[arg(long, default_value_t = 0.0, value_name = "RAD", allow_negative_numbers = true)]
+    pub heading: f64,
     /// Conventions for an original test case
     #[arg(long, value_enum, default_value = "auto")]
     pub profile: ProfileArg,

@@ -112,29 +112,31 @@ pub fn run(args: &BenchPathArgs) -> Outcome<()> {
     let file = read(&args.file)?;
     let params = PathParams { clearance: file.clearance, turn_weight: file.turn_weight, ..PathParams::default() };
     let mut scratch = PathScratch::new();
-    let mut answers: BTreeMap<&'static str, Answer> = BTreeMap::new();
-    let (mut lengths, mut kinds, mut times_s) = (Vec::new(), Vec::new(), Vec::new());
-    for query in &file.queries {
+    let scenes = file.queries.iter().map(|query| {
         let mut builder = SceneBuilder::new();
         for body in &query.bodies {
             builder.add_body(body.clone())?;
         }
         builder.workspace(Workspace { leave_rule: LeaveRule::Footprint, ..query.workspace });
-        let scene = Arc::new(builder.build()?);
-        let state = State::new(query.poses.iter().copied());
-        let from = state.pose(query.body);
-        let mut times = Vec::new();
-        let mut answer = PathOutcome::NotFound;
-        for _ in 0..args.rounds.max(1) {
-            // A planner of its own each time: nothing is known from before.
-            let planner = PathPlanner::new(Arc::clone(&scene), params)?;
+        Ok((Arc::new(builder.build()?), State::new(query.poses.iter().copied())))
+    });
+    let scenes = scenes.collect::<jostle::Result<Vec<_>>>()?;
+    let mut found = vec![(PathOutcome::NotFound, f64::INFINITY); scenes.len()];
+    // Round by round, each time with a planner of its own: nothing is known from the last time.
+    for _ in 0..args.rounds.max(1) {
+        for ((query, (scene, state)), (answer, time)) in file.queries.iter().zip(&scenes).zip(&mut found) {
+            let planner = PathPlanner::new(Arc::clone(scene), params)?;
+            let from = state.pose(query.body);
             let start = Instant::now();
             let limits = PathLimits::default();
-            answer = planner.path(&state, query.body, &from, &query.to, limits, Key::new(args.seed), &mut scratch);
-            times.push(start.elapsed().as_secs_f64());
+            *answer = planner.path(state, query.body, &from, &query.to, limits, Key::new(args.seed), &mut scratch);
+            // Of several rounds the least: what else the machine did only adds.
+            *time = time.min(start.elapsed().as_secs_f64());
         }
-        // Of several rounds the least: what else the machine did only adds.
-        let time = times.into_iter().fold(f64::INFINITY, f64::min);
+    }
+    let mut answers: BTreeMap<&'static str, Answer> = BTreeMap::new();
+    let (mut lengths, mut kinds, mut times_s) = (Vec::new(), Vec::new(), Vec::new());
+    for (answer, time) in found {
         times_s.push(time);
         let kind = match &answer {
             PathOutcome::Found(path) if path.waypoints.len() == 2 => "straight",

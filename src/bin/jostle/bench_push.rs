@@ -123,8 +123,9 @@ pub fn run(args: &BenchPushArgs) -> Outcome<()> {
     let mut groups = Calls::new();
     let mut engines = 0;
     for (m, model) in models.iter_mut().enumerate() {
+        let network = physics::network(&model.options)?;
         for source in &sources {
-            let engine = physics::engine(&model.options, Arc::clone(&source.scene))?;
+            let engine = physics::engine_with(&model.options, Arc::clone(&source.scene), network.as_ref())?;
             model.batch = args.batch.unwrap_or(engine.batch_size()).max(1);
             // Whole calls only: a short one at the end would be of another kind.
             let alike = sources.iter().filter(|other| other.scene.len() == source.scene.len()).count();

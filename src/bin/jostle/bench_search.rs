@@ -5,6 +5,7 @@ use std::process::Stdio;
 use std::time::{Duration, Instant};
 
 use jostle::eval::{is_original, needs_push, push_travel, read_problem, statistics, with_gripper};
+use jostle::physics::{PhysicsOptions, Purpose};
 use jostle::plan::{Control, PLANNERS, Planner, PlannerOptions};
 use jostle::run::{Budget, CancelToken, Key};
 use jostle::scene::Problem;
@@ -167,6 +168,12 @@ impl Bench {
             let planner = self.planner(Budget::iterations(self.iterations()), |o| {
                 o.planner = name.into();
                 o.threads = 1;
+                // The search is measured, not the networks.
+                o.scorer = Some("geometric".into());
+                o.prior = Some("none".into());
+                if o.physics.is_none() && matches!(name, "vft" | "dipn") {
+                    o.physics = PhysicsOptions::named("planar", None, Purpose::Planning).ok();
+                }
             })?;
             planners.push((name, planner, Vec::new(), Vec::new(), 0));
         }

@@ -31,7 +31,8 @@ pub fn run(args: &CrosscheckArgs) -> Outcome<()> {
         planner.push_length.get_or_insert(push_travel(profile));
     }
     let bar = progress::bar(suite.problems.len() as u64, "problems");
-    let engine = |scene| physics::engine(&against, scene);
+    let network = physics::network(&against)?;
+    let engine = |scene| physics::engine_with(&against, scene, network.as_ref());
     let result = crosscheck(&suite.problems, &planner, &engine, &Control::default(), &mut |done| {
         bar.set_position(done as u64);
         true

@@ -19,7 +19,9 @@ struct Report {
 pub fn run(args: &FidelityArgs) -> Outcome<()> {
     let options = args.physics.options()?;
     let recordings = read_recordings(&args.file)?;
-    let fidelity = compare(&recordings, args.against.into(), &|scene| physics::engine(&options, scene))?;
+    let network = physics::network(&options)?;
+    let engine = |scene| physics::engine_with(&options, scene, network.as_ref());
+    let fidelity = compare(&recordings, args.against.into(), &engine)?;
     let text = text(&fidelity);
     let report = Report { version: env!("CARGO_PKG_VERSION"), preset: options.preset, fidelity };
     output::report(args.json.json.as_deref(), &report, &text)

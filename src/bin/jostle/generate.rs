@@ -1,11 +1,12 @@
 //! `jostle generate`: random problems as scene files.
 
-use jostle::eval::{needs_push, with_gripper};
+use jostle::eval::{needs_pushes, push_travel, with_gripper};
 use jostle::scene::Gripper;
 use jostle::scene::generate::{Generator, GeneratorParams};
 use serde::Serialize;
 
 use crate::args::{GenerateArgs, GenerateKind};
+use crate::clear;
 use crate::output::{self, Failure, Outcome};
 use crate::rearrange;
 
@@ -24,8 +25,10 @@ struct Written {
 }
 
 pub fn run(args: &GenerateArgs) -> Outcome<()> {
-    if let Some(GenerateKind::Rearrange(args)) = &args.kind {
-        return rearrange::generate(args);
+    match &args.kind {
+        Some(GenerateKind::Rearrange(args)) => return rearrange::generate(args),
+        Some(GenerateKind::Clear(args)) => return clear::generate(args),
+        None => {}
     }
     let folder = args.folder.as_deref().ok_or_else(|| Failure::usage("FOLDER is missing; see --help"))?;
     let defaults = GeneratorParams::default();
@@ -37,8 +40,9 @@ pub fn run(args: &GenerateArgs) -> Outcome<()> {
     let gripper = args.gripper.as_deref().map_or_else(|| Ok(Gripper::default()), Gripper::by_name)?;
     let generator = Generator::new(params, args.seed)?;
     // Whether a push is needed depends on the gripper, so it is changed before the test.
+    let length = push_travel(args.profile.profile().unwrap_or_default());
     let problems = generator.generate_filtered(args.count, |problem| {
-        with_gripper(problem, &gripper).and_then(|problem| needs_push(&problem)).unwrap_or(false)
+        with_gripper(problem, &gripper).and_then(|problem| needs_pushes(&problem, args.pushes, length)).unwrap_or(false)
     })?;
     std::fs::create_dir_all(folder).map_err(|e| Failure::failed(format!("{}: {e}", folder.display())))?;
     let mut report = Report {

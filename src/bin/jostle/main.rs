@@ -4,12 +4,19 @@
 //! and files end with exit status 2, failures with 1, both with one line on standard error.
 
 mod args;
+mod bench_image;
+mod bench_net;
 mod bench_path;
 mod bench_push;
 mod bench_search;
+mod clear;
+mod clear_suite;
 mod crosscheck;
+mod datagen;
 mod fidelity;
 mod generate;
+mod model;
+mod observe;
 mod output;
 mod plan;
 mod plan_file;
@@ -19,6 +26,7 @@ mod rearrange_suite;
 mod record;
 mod render;
 mod run;
+mod suites;
 mod table;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -53,6 +61,11 @@ fn command() -> Outcome<()> {
         Command::Bench(BenchCommand::Push(args)) => bench_push::run(&args),
         Command::Bench(BenchCommand::Search(args)) => bench_search::run(&args),
         Command::Bench(BenchCommand::Path(args)) => bench_path::run(&args),
+        Command::Bench(BenchCommand::Net(args)) => bench_net::run(&args),
+        Command::Bench(BenchCommand::Image(args)) => bench_image::run(&args),
         Command::Render(args) => render::run(&args),
+        Command::Datagen(command) => datagen::run(&command),
+        Command::Model(args) => model::run(&args),
+        Command::Observe(args) => observe::run(&args),
     }
 }

@@ -48,6 +48,8 @@ impl From<Error> for Failure {
             | Error::NotFound { .. }
             | Error::Unsupported(_)
             | Error::Io { .. }
+            | Error::Model { .. }
+            | Error::Runtime(_)
             | Error::Format { .. } => Failure::usage(error.to_string()),
             _ => Failure::failed(error.to_string()),
         }

@@ -5,9 +5,11 @@ use std::fmt::Write as _;
 use jostle::action::Action;
 use jostle::eval::{is_original, push_travel, read_problem, with_gripper};
 use jostle::plan::{Control, Outcome as PlanOutcome, Plan, Planner};
-use jostle::scene::Problem;
+use jostle::record::explanation;
+use jostle::scene::{Scene, State};
 
 use crate::args::PlanArgs;
+use crate::clear;
 use crate::output::{self, Outcome};
 use crate::plan_file::PlanFile;
 use crate::rearrange;
@@ -16,6 +18,9 @@ use crate::render;
 pub fn run(args: &PlanArgs) -> Outcome<()> {
     if let Some(problem) = rearrange::read(&args.scene)? {
         return rearrange::plan(args, &problem);
+    }
+    if let Some(problem) = clear::read(&args.scene)? {
+        return clear::plan(args, &problem);
     }
     let mut options = args.planner.options()?;
     let mut problem = read_problem(&args.scene, args.profile.profile())?;
@@ -29,21 +34,24 @@ pub fn run(args: &PlanArgs) -> Outcome<()> {
     if let Some(path) = &args.svg {
         output::write_file(path, &render::plan_picture(&problem, &plan).render())?;
     }
-    output::report(args.json.json.as_deref(), &PlanFile::new(&problem, &plan)?, &text(&problem, &plan))
+    if let Some(path) = &args.explain {
+        output::write_file(path, &explanation(&problem, &plan).render())?;
+    }
+    let target = Some(problem.target);
+    let text = text(&problem.name, &problem.scene, &problem.state, target, &plan);
+    output::report(args.json.json.as_deref(), &PlanFile::new(&problem.to_json()?, &plan)?, &text)
 }
 
-/// The plan for people.
-fn text(problem: &Problem, plan: &Plan) -> String {
-    let scene = &problem.scene;
+/// The plan for people. Without a target everything is to be taken.
+pub fn text(title: &str, scene: &Scene, state: &State, target: Option<usize>, plan: &Plan) -> String {
     let name = |body: usize| scene.bodies().get(body).map_or("?", |b| b.name.as_str());
     let mut out = String::new();
     // Writing to a string does not fail.
     let _ = writeln!(
         out,
-        "scene   {}: {} bodies, target \"{}\", gripper {}",
-        problem.name,
-        problem.state.present().count(),
-        name(problem.target),
+        "scene   {title}: {} bodies, {}, gripper {}",
+        state.present().count(),
+        target.map_or("to be taken off the table".into(), |target| format!("target \"{}\"", name(target))),
         scene.gripper().name
     );
     let outcome = match plan.outcome {
@@ -98,6 +106,18 @@ fn text(problem: &Problem, plan: &Plan) -> String {
     );
     if let Some(depth) = s.no_plan_within {
         let _ = writeln!(out, "        every plan of at most {depth} pushes was tried: none ends in a grasp");
+    }
+    if let (Some(chance), Some(expected)) = (s.success_chance, s.expected_actions) {
+        let _ = writeln!(
+            out,
+            "        {} perturbed worlds: done in {} actions with {:.0} %, in {expected:.2} on average",
+            s.worlds,
+            plan.actions.len(),
+            chance * 100.0
+        );
+    }
+    if s.proved_shortest {
+        let _ = writeln!(out, "        no shorter plan exists in this action set");
     }
     out
 }

@@ -1,8 +1,9 @@
 //! A plan as a JSON document: the problem it was made for, what to do, what is expected of it.
 
 use jostle::action::Action;
+use jostle::geom::Pose2;
 use jostle::plan::{Outcome as PlanOutcome, Plan, PlanStatistics, PlannedAction, RankedAction};
-use jostle::scene::{Problem, State};
+use jostle::scene::{AnyProblem, State};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -47,6 +48,13 @@ pub struct Considered {
     pub visits: u64,
     pub prior: f64,
     pub solution_level: Option<u32>,
+    #[serde(default)]
+    pub success_chance: Option<f64>,
+    #[serde(default)]
+    pub expected_actions: Option<f64>,
+    /// A pose for each body in the search's model; absent in older files.
+    #[serde(default)]
+    pub predicted: Value,
 }
 
 fn parsed(text: &str) -> Outcome<Value> {
@@ -58,29 +66,35 @@ fn poses(state: &State) -> Outcome<Value> {
 }
 
 impl PlanFile {
-    pub fn new(problem: &Problem, plan: &Plan) -> Outcome<PlanFile> {
+    /// `problem` is the text of its scene file.
+    pub fn new(problem: &str, plan: &Plan) -> Outcome<PlanFile> {
         let step = |a: &PlannedAction| -> Outcome<Step> {
             Ok(Step { action: a.action, value: a.value, predicted: poses(&a.predicted)? })
         };
-        let considered = |a: &RankedAction| Considered {
-            action: a.action,
-            value: a.value,
-            best_return: a.best_return,
-            visits: a.visits,
-            prior: a.prior,
-            solution_level: a.solution_level,
+        let considered = |a: &RankedAction| -> Outcome<Considered> {
+            Ok(Considered {
+                action: a.action,
+                value: a.value,
+                best_return: a.best_return,
+                visits: a.visits,
+                prior: a.prior,
+                solution_level: a.solution_level,
+                success_chance: a.success_chance,
+                expected_actions: a.expected_actions,
+                predicted: poses(&a.predicted)?,
+            })
         };
         Ok(PlanFile {
             plan_version: VERSION,
             planner: plan.planner.clone(),
             seed: plan.seed,
             outcome: plan.outcome,
-            problem: parsed(&problem.to_json()?)?,
+            problem: parsed(problem)?,
             actions: plan.actions.iter().map(step).collect::<Outcome<_>>()?,
             grasp_score: plan.grasp_score,
             hash: format!("{:016x}", plan.hash_bits()),
             statistics: plan.statistics,
-            considered: plan.considered.iter().map(considered).collect(),
+            considered: plan.considered.iter().map(considered).collect::<Outcome<_>>()?,
         })
     }
 
@@ -90,7 +104,7 @@ impl PlanFile {
     }
 
     /// The problem and the plan again.
-    pub fn read(document: Value) -> Outcome<(Problem, Plan)> {
+    pub fn read(document: Value) -> Outcome<(AnyProblem, Plan)> {
         if document["plan_version"] != VERSION {
             return Err(Failure::usage(format!(
                 "plan_version: is {}; this tool reads {VERSION}",
@@ -98,14 +112,11 @@ impl PlanFile {
             )));
         }
         let file: PlanFile = serde_json::from_value(document).map_err(|e| Failure::usage(e.to_string()))?;
-        let problem = Problem::from_json(&file.problem.to_string())?;
+        let problem = AnyProblem::from_json(&file.problem.to_string())?;
         let step = |(i, step): (usize, &Step)| -> Outcome<PlannedAction> {
-            let after = problem.with_poses_json(&step.predicted.to_string()).or_else(|e| match e {
-                // The target is gone after its grasp, which is no problem to be solved any more.
-                jostle::Error::Argument { field, .. } if field == "target" => grasped(&problem, &step.predicted),
-                other => Err(other.within(&format!("actions[{i}].predicted"))),
-            })?;
-            Ok(PlannedAction { action: step.action, predicted: after.state, value: step.value })
+            let predicted =
+                after(&problem, &step.predicted).map_err(|e| e.within(&format!("actions[{i}].predicted")))?;
+            Ok(PlannedAction { action: step.action, predicted, value: step.value })
         };
         let actions = file.actions.iter().enumerate().map(step).collect::<Outcome<_>>()?;
         let considered = file.considered.iter().map(|a| RankedAction {
@@ -115,6 +126,9 @@ impl PlanFile {
             visits: a.visits,
             prior: a.prior,
             solution_level: a.solution_level,
+            success_chance: a.success_chance,
+            expected_actions: a.expected_actions,
+            predicted: after(&problem, &a.predicted).unwrap_or_default(),
         });
         let plan = Plan {
             outcome: file.outcome,
@@ -129,15 +143,26 @@ impl PlanFile {
     }
 }
 
-/// The problem with the poses of a state in which the target is gone.
-fn grasped(problem: &Problem, predicted: &Value) -> jostle::Result<Problem> {
-    let mut poses = predicted.clone();
-    if let Some(pose) = poses.get_mut(problem.target) {
-        let p = problem.state.pose(problem.target);
-        // Anywhere out of the way: it is taken out again below.
-        *pose = serde_json::json!({"x": p.x + 100.0, "y": p.y, "theta": p.theta});
+/// The state of a problem with these poses: `null` for a body that is gone.
+fn after(problem: &AnyProblem, predicted: &Value) -> jostle::Result<State> {
+    let (scene, before) = match problem {
+        AnyProblem::Retrieval(problem) => (&problem.scene, &problem.state),
+        AnyProblem::Clearing(problem) => (&problem.scene, &problem.state),
+        AnyProblem::Rearrangement(problem) => (&problem.scene, &problem.start),
+    };
+    let poses: Vec<Option<Pose2>> =
+        serde_json::from_value(predicted.clone()).map_err(|e| jostle::Error::argument("poses", e.to_string()))?;
+    if poses.len() != scene.len() {
+        let reason = format!("has {} poses for {} bodies; give one for each", poses.len(), scene.len());
+        return Err(jostle::Error::argument("poses", reason));
     }
-    let mut problem = problem.with_poses_json(&poses.to_string())?;
-    problem.state.set_present(problem.target, false);
-    Ok(problem)
+    let mut state = before.clone();
+    for (i, pose) in poses.iter().enumerate() {
+        state.set_present(i, pose.is_some());
+        if let Some(pose) = pose {
+            state.set_pose(i, *pose);
+        }
+    }
+    scene.check_state(&state)?;
+    Ok(state)
 }

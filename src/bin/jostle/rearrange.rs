@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 use std::path::Path;
+use std::sync::Mutex;
 
 use jostle::Error;
 use jostle::action::Move;
@@ -11,7 +12,7 @@ use jostle::geom::Pose2;
 use jostle::plan::rearrange::{REARRANGE_PLANNERS, RearrangeOptions, RearrangePlan, RearrangePlanner};
 use jostle::plan::{Control, Outcome as PlanOutcome, PlanStatistics, Variant};
 use jostle::record::{rearrangement_animation, rearrangement_svg};
-use jostle::run::Budget;
+use jostle::run::{Budget, Pool};
 use jostle::scene::{AnyProblem, Rearrangement, trlb};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -100,13 +101,13 @@ pub fn read(path: &Path) -> Outcome<Option<Rearrangement>> {
             }
             Ok(Some(problem))
         }
-        AnyProblem::Retrieval(_) => Ok(None),
+        AnyProblem::Retrieval(_) | AnyProblem::Clearing(_) => Ok(None),
     }
 }
 
-/// The planner's options. `pmbs`, the default of the command line, stands for the default of rearrangements.
+/// The planner's options. `hedge`, the default of the command line, stands for the default of rearrangements.
 fn options(args: &PlannerArgs, seeds: usize) -> Outcome<RearrangeOptions> {
-    let planner = if args.planner == "pmbs" { REARRANGE_PLANNERS[0] } else { args.planner.as_str() };
+    let planner = if args.planner == "hedge" { REARRANGE_PLANNERS[0] } else { args.planner.as_str() };
     let options = RearrangeOptions {
         planner: planner.to_owned(),
         variant: match args.variant.as_str() {
@@ -255,8 +256,10 @@ struct Document {
 pub fn run(args: &RunArgs) -> Outcome<bool> {
     let Some(problems) = suite(args.suite())? else { return Ok(false) };
     let defaults = RearrangeTrials::default();
+    let mut options = options(&args.planner, args.seeds)?;
+    options.reward.base = !args.no_base_reward;
     let config = RearrangeTrials {
-        options: options(&args.planner, args.seeds)?,
+        options,
         trials: args.trials,
         // As many as the source allows, or enough to move every body thrice.
         max_actions: args
@@ -347,14 +350,25 @@ pub fn generate(args: &GenerateRearrangeArgs) -> Outcome<()> {
         Generated { version: env!("CARGO_PKG_VERSION"), seed: args.seed, level: args.level.clone(), files: Vec::new() };
     let mut text = String::new();
     let bar = progress::bar(args.count, "problems");
-    for index in 0..args.count {
-        let problem = arranger.problem(index)?;
-        let path = args.folder.join(format!("{}.json", problem.name));
-        output::write_file(&path, &problem.to_json()?)?;
-        let drags = problem.scene.bodies().iter().filter(|b| !b.pickable).count();
-        let _ = writeln!(text, "{}: {} bodies, {drags} to be dragged", path.display(), problem.scene.len());
-        report.files.push(path.display().to_string());
-        bar.inc(1);
+    // A problem is the same on every thread.
+    let pool = Pool::new(cores(), "jostle")?;
+    let scratches: Vec<Mutex<()>> = (0..pool.workers()).map(|_| Mutex::default()).collect();
+    let at_once = 4 * pool.workers();
+    for first in (0..args.count).step_by(at_once) {
+        let indices = first..args.count.min(first + at_once as u64);
+        let mut batch: Vec<_> = indices.map(|index| (index, None)).collect();
+        pool.for_each_group(&mut batch, 1, &scratches, |(), batch| {
+            batch.iter_mut().for_each(|(index, problem)| *problem = Some(arranger.problem(*index)));
+        })?;
+        for problem in batch.into_iter().filter_map(|(_, problem)| problem) {
+            let problem = problem?;
+            let path = args.folder.join(format!("{}.json", problem.name));
+            output::write_file(&path, &problem.to_json()?)?;
+            let drags = problem.scene.bodies().iter().filter(|b| !b.pickable).count();
+            let _ = writeln!(text, "{}: {} bodies, {drags} to be dragged", path.display(), problem.scene.len());
+            report.files.push(path.display().to_string());
+            bar.inc(1);
+        }
     }
     bar.finish_and_clear();
     output::report(args.json.json.as_deref(), &report, &text)

@@ -15,7 +15,9 @@ pub fn run(args: &RecordArgs) -> Outcome<()> {
         params.scenes = GeneratorParams { bodies: least..=most, ..params.scenes };
     }
     let bar = progress::bar(args.count as u64, "pushes");
-    let recordings = record(&params, &|scene| physics::engine(&options, scene), &mut |done| {
+    let network = physics::network(&options)?;
+    let engine = |scene| physics::engine_with(&options, scene, network.as_ref());
+    let recordings = record(&params, &engine, &mut |done| {
         bar.set_position(done as u64);
         true
     })?;

@@ -6,10 +6,11 @@ use jostle::Error;
 use jostle::eval::{is_original, read_problem};
 use jostle::plan::Plan;
 use jostle::record::SvgPicture;
-use jostle::scene::Problem;
+use jostle::scene::{AnyProblem, Problem};
 
 use crate::args::RenderArgs;
-use crate::output::{self, Outcome};
+use crate::clear;
+use crate::output::{self, Failure, Outcome};
 use crate::plan_file::PlanFile;
 use crate::rearrange;
 
@@ -18,14 +19,19 @@ pub fn run(args: &RenderArgs) -> Outcome<()> {
         return Ok(());
     }
     let picture = match read_plan(&args.input)? {
-        Some((problem, plan)) => plan_picture(&problem, &plan),
-        None => SvgPicture::of_problem(&read_problem(&args.input, args.profile.profile())?),
+        Some((AnyProblem::Clearing(problem), plan)) => clear::plan_picture(&problem, &plan),
+        Some((AnyProblem::Retrieval(problem), plan)) => plan_picture(&problem, &plan),
+        Some((AnyProblem::Rearrangement(_), _)) => return Err(Failure::usage("problem: is a rearrangement")),
+        None => match clear::read(&args.input)? {
+            Some(problem) => clear::picture(&problem),
+            None => SvgPicture::of_problem(&read_problem(&args.input, args.profile.profile())?),
+        },
     };
     output::write_file(&args.output, &picture.render())
 }
 
 /// The plan that a file holds; none if it holds something else.
-fn read_plan(path: &Path) -> Outcome<Option<(Problem, Plan)>> {
+fn read_plan(path: &Path) -> Outcome<Option<(AnyProblem, Plan)>> {
     if is_original(path) {
         return Ok(None);
     }

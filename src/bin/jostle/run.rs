@@ -7,9 +7,11 @@ use jostle::plan::Control;
 use serde::Serialize;
 
 use crate::args::RunArgs;
+use crate::clear;
 use crate::output::{self, Failure, Machine, Outcome};
 use crate::progress;
 use crate::rearrange;
+use crate::suites;
 use crate::table::{Table, number, percent};
 
 /// The report and what it was made on.
@@ -21,13 +23,16 @@ struct Document {
 }
 
 pub fn run(args: &RunArgs) -> Outcome<()> {
-    if rearrange::run(args)? {
+    if rearrange::run(args)? || clear::run(args)? {
         return Ok(());
     }
     let mut planner = args.planner.options()?;
     let judge = args.judge.options(planner.seed)?;
     let gripper = args.planner.gripper()?;
-    let mut suite = Suite::open(args.suite(), args.profile.profile())?;
+    let mut suite = match suites::find(args.suite())? {
+        Some(suite) => suite,
+        None => Suite::open(args.suite(), args.profile.profile())?,
+    };
     if let Some(gripper) = &gripper {
         suite.set_gripper(gripper)?;
     }

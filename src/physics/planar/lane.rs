@@ -1,34 +1,22 @@
 //! One lane's push: where everything is, and what happens between two steps.
 
+use super::found::{Found, Known, Pair};
 use super::model::Model;
 use super::settings::PlanarSettings;
 use super::sweep::{Cursor, Impulse, LANE_SLOTS, Record, SLOTS, TIP_SLOT};
 use super::trig::sin_cos;
 use crate::physics::lanes::{LANES, Simd8};
-use crate::physics::narrow::{Frame2, Octet, Placed, Point, contact};
+use crate::physics::narrow::{Frame2, Octet, Placed, contact};
 use crate::physics::transition::{PushJob, PushResult, PushStatus};
 use crate::scene::{BodyPose, Mask, Scene, State};
 
 /// A gap below this ends the free travel of the tip, metres.
 const NEAR: f32 = 5e-5;
 
-/// A contact's identity, for the impulses of the next step.
-#[derive(Debug, Clone, Copy)]
-struct Known {
-    /// The pair of outlines; the tip counts as one after the last.
-    pair: u64,
-    feature: u32,
-    x: f32,
-    y: f32,
-    /// Impulses, once the step is solved.
-    normal: f32,
-    tangential: f32,
-}
-
 /// Everything of a push that is being executed. Its vectors keep their memory from push to push.
 #[derive(Debug, Default)]
 pub struct Lane {
-    index: usize,
+    pub(super) index: usize,
     poses: Vec<BodyPose>,
     /// Origins and rotations of all bodies.
     frames: Vec<Frame2>,
@@ -38,24 +26,34 @@ pub struct Lane {
     borders: Vec<f32>,
     /// From the centre of mass to the centre of pressure, world frame.
     leads: Vec<[f32; 2]>,
+    /// Where and how impulses act on bodies: the centre of pressure, world frame; what an impulse times its arm turns the
+    /// body by, in scaled coordinates; and the inverse root of its mass.
+    pub(super) levers: Vec<[f32; 4]>,
     octets: Vec<Octet>,
     /// Middles of the outlines' bounding circles.
     centres: Vec<[f32; 2]>,
     moved: Mask,
     touched: Mask,
-    /// Bodies that contacts join to the tip, from the tip outwards.
-    reached: Vec<u16>,
+    /// Bodies that contacts join to the tip or to one that moves, from the tip outwards.
+    pub(super) reached: Vec<u16>,
+    pub(super) in_reach: Mask,
+    /// Those of them whose own contacts were looked for.
+    spread: Mask,
+    /// Bodies that moved in the step before.
+    yielded: Mask,
+    /// Where the search for a contact of the step before begins.
+    pub(super) hint: usize,
     pub contacts: Vec<Record>,
-    known: Vec<Known>,
-    before: Vec<Known>,
+    pub(super) known: Vec<Known>,
+    pub(super) before: Vec<Known>,
     tip: Vec<Octet>,
     tip_centre: [f32; 2],
     direction: [f32; 2],
     /// Of a step, metres.
-    travel: f32,
+    pub(super) travel: f32,
     steps_left: usize,
     /// Deepest overlap of two bodies at the beginning of the step, borders included, metres.
-    overlap: f32,
+    pub(super) overlap: f32,
     clean_up_left: usize,
 }
 
@@ -134,6 +132,9 @@ impl Lane {
         );
         let lead = shared.settings.pressure_lead as f32;
         self.leads.fill([self.direction[0] * lead, self.direction[1] * lead]);
+        for k in 0..self.present.len() {
+            self.place_lever(shared.model, usize::from(self.present[k]));
+        }
         self.prepare(s, shared, impulses, cursor) || self.finish(shared, job.state, result)
     }
 
@@ -147,6 +148,11 @@ impl Lane {
         impulses: &mut [Impulse; SLOTS],
         cursor: &mut Cursor,
     ) -> bool {
+        if self.spread_out(s, shared, impulses) {
+            let most_sweeps = most_sweeps(shared, self.contacts.len());
+            cursor.resume(&mut self.contacts, most_sweeps);
+            return true;
+        }
         self.note_impulses();
         self.integrate(s, shared, impulses);
         self.move_tip(s, shared);
@@ -167,15 +173,19 @@ impl Lane {
                 return false;
             }
             if !self.contacts.is_empty() {
-                let settings = shared.settings;
-                let chain = (settings.sweeps_per_contact * self.contacts.len() as f64) as usize;
                 *cursor = Cursor {
+                    partial: 0,
+                    first: 0,
+                    solved: false,
                     at: 0,
                     len: self.contacts.len() as u32,
                     sweeps: 0,
-                    most_sweeps: settings.sweeps.max(chain) as u32,
-                    tolerance: settings.tolerance as f32 * self.travel,
+                    most_sweeps: most_sweeps(shared, self.contacts.len()),
+                    tolerance: shared.settings.tolerance as f32 * self.travel,
                     change: 0.0,
+                    last_change: f32::MAX,
+                    momentum: 0.0,
+                    steady: 0,
                 };
                 return true;
             }
@@ -212,10 +222,13 @@ impl Lane {
         self.borders.clear();
         self.borders.resize(n, shared.settings.border as f32);
         self.leads.resize(n, [0.0; 2]);
+        self.levers.resize(n, [0.0; 4]);
         self.octets.resize(model.octet_count, Octet::ZERO);
         self.centres.resize(model.outlines.len(), [0.0; 2]);
         self.tip.resize(1, Octet::ZERO);
         self.moved = Mask::EMPTY;
+        // Nothing is known of the first step: all may move.
+        self.yielded = state.present();
         self.touched = Mask::EMPTY;
         self.known.clear();
         self.circles.clear();
@@ -232,6 +245,15 @@ impl Lane {
     fn place_circle(&mut self, k: usize) {
         let (frame, circles) = (&self.frames[usize::from(self.present[k])], &mut self.circles[k / LANES]);
         (circles.x[k % LANES], circles.y[k % LANES]) = (frame.x, frame.y);
+    }
+
+    /// Brings a body's centre of pressure to its frame.
+    #[inline(always)]
+    fn place_lever(&mut self, model: &Model, i: usize) {
+        let (body, frame, [lead_x, lead_y]) = (&model.bodies[i], &self.frames[i], self.leads[i]);
+        let [mx, my] = frame.vector(body.centre_of_mass[0], body.centre_of_mass[1]);
+        self.levers[i] =
+            [frame.x + mx + lead_x, frame.y + my + lead_y, body.inverse_root / body.torque_radius, body.inverse_root];
     }
 
     /// Brings a body's outlines to its pose.
@@ -387,26 +409,17 @@ impl Lane {
         }
     }
 
-    /// Bodies joined to the tip by contacts, and the contacts, from the tip outwards.
+    /// Contacts of the tip, and of the bodies that they join to it as far as those are likely to move, from the tip
+    /// outwards.
     fn find_contacts<S: Simd8>(&mut self, s: S, shared: &Shared<'_>, impulses: &mut [Impulse; SLOTS]) {
         let model = shared.model;
         let reach = shared.settings.reach as f32;
         std::mem::swap(&mut self.known, &mut self.before);
-        let mut found = Found {
-            model,
-            lane: self.index,
-            correction: shared.settings.correction as f32,
-            threshold: self.travel / shared.settings.compliance as f32,
-            contacts: std::mem::take(&mut self.contacts),
-            known: std::mem::take(&mut self.known),
-            reached: std::mem::take(&mut self.reached),
-            in_reach: Mask::EMPTY,
-            overlap: 0.0,
-            hint: 0,
-        };
-        found.contacts.clear();
-        found.known.clear();
-        found.reached.clear();
+        self.contacts.clear();
+        self.known.clear();
+        self.reached.clear();
+        (self.in_reach, self.spread, self.overlap, self.hint) = (Mask::EMPTY, Mask::EMPTY, 0.0, 0);
+        let mut found = Found::of(self, shared);
         impulses[self.index * LANE_SLOTS + TIP_SLOT] = [0.0, 0.0, 0.0, 1.0];
         let step = if self.steps_left > 0 { self.travel } else { 0.0 };
         let tip_move = [self.direction[0] * step, self.direction[1] * step];
@@ -424,26 +437,38 @@ impl Lane {
                     continue;
                 }
                 let manifold = contact(s, tip, self.placed(model, piece), tip_within);
-                let pair = (model.outlines.len() as u64) << 32 | piece as u64;
-                for point in &manifold.points[..manifold.count] {
-                    let point = Point { gap: point.gap - self.borders[body], ..*point };
-                    let [nx, ny] = manifold.normal;
-                    if point.gap - (nx * tip_move[0] + ny * tip_move[1]).max(0.0) < reach {
-                        found.add(self, None, body, manifold.normal, point, tip_move, pair, impulses);
-                    }
-                }
+                let pieces = (model.outlines.len() as u64) << 32 | piece as u64;
+                let pair = Pair { a: None, b: body, pieces, border: self.borders[body], tip_move, reach };
+                found.add(self, &manifold, pair, impulses);
             }
         }
         if self.steps_left == 0 {
             // The tip may have left bodies behind that still overlap.
             self.moved.iter().for_each(|body| found.reach(body, impulses));
         }
+        found.back_to(self);
+        self.spread_out(s, shared, impulses);
+    }
+
+    /// Adds the contacts of reached bodies that move or moved in the step before, and of what they reach. A body that
+    /// stands presses no other, so its contacts would do nothing. False if there are no more.
+    fn spread_out<S: Simd8>(&mut self, s: S, shared: &Shared<'_>, impulses: &mut [Impulse; SLOTS]) -> bool {
+        let model = shared.model;
+        let reach = shared.settings.reach as f32;
+        let mut found = Found::of(self, shared);
+        let before = found.contacts.len();
         let mut next = 0;
-        let mut expanded = Mask::EMPTY;
         while next < found.reached.len() {
             let a = usize::from(found.reached[next]);
             next += 1;
-            expanded.insert(a);
+            let moves = self.steps_left == 0 || self.yielded.contains(a) || {
+                let [x, y, z, threshold] = impulses[self.index * LANE_SLOTS + a];
+                x * x + y * y + z * z > threshold * threshold
+            };
+            if !moves || self.spread.contains(a) {
+                continue;
+            }
+            self.spread.insert(a);
             // A little more than is asked below, so that rounding leaves nothing out.
             let within = reach + 2.0 * shared.settings.border as f32 + 1e-4;
             let (frame, radius) = (self.frames[a], model.bodies[a].radius + within);
@@ -456,28 +481,23 @@ impl Lane {
                     let k = group * LANES + near.trailing_zeros() as usize;
                     near &= near - 1;
                     let b = usize::from(self.present[k]);
-                    if expanded.contains(b) {
+                    if self.spread.contains(b) {
                         continue;
                     }
                     let border = self.borders[a] + self.borders[b];
                     let within = reach + border;
                     self.pairs(model, a, b, within, |p, q, first, second| {
                         let manifold = contact(s, first, second, within);
-                        let pair = (p as u64) << 32 | q as u64;
-                        for point in &manifold.points[..manifold.count] {
-                            let point = Point { gap: point.gap - border, ..*point };
-                            found.overlap = found.overlap.max(-point.gap);
-                            found.add(self, Some(a), b, manifold.normal, point, [0.0; 2], pair, impulses);
-                        }
+                        let pieces = (p as u64) << 32 | q as u64;
+                        let pair = Pair { a: Some(a), b, pieces, border, tip_move: [0.0; 2], reach: f32::INFINITY };
+                        found.add(self, &manifold, pair, impulses);
                     });
                 }
             }
         }
-        let Found { contacts, known, reached, overlap, .. } = found;
-        self.overlap = overlap;
-        self.contacts = contacts;
-        self.known = known;
-        self.reached = reached;
+        let more = found.contacts.len() > before;
+        found.back_to(self);
+        more
     }
 
     /// Keeps the impulses of the solved step, and which bodies the tip pressed.
@@ -485,8 +505,10 @@ impl Lane {
         for (known, record) in self.known.iter_mut().zip(&self.contacts) {
             known.normal = record.0[3][0];
             known.tangential = record.0[3][1];
-            if record.0[3][0] > 0.0 && record.0[3][2] == TIP_MARK {
-                self.touched.insert(record.0[3][3] as usize);
+            if record.0[3][0] > 0.0
+                && let Some(body) = known.pressed
+            {
+                self.touched.insert(usize::from(body));
             }
         }
     }
@@ -494,6 +516,7 @@ impl Lane {
     /// Moves the reached bodies by what their impulses say.
     fn integrate<S: Simd8>(&mut self, s: S, shared: &Shared<'_>, impulses: &[Impulse; SLOTS]) {
         let lead = shared.settings.pressure_lead as f32;
+        self.yielded = Mask::EMPTY;
         for k in 0..self.reached.len() {
             let i = usize::from(self.reached[k]);
             let body = &shared.model.bodies[i];
@@ -518,127 +541,24 @@ impl Lane {
             let ahead = lead / size;
             self.leads[i] = [x * ahead, y * ahead];
             self.moved.insert(i);
+            self.yielded.insert(i);
             self.place(s, shared.model, i);
+            self.place_lever(shared.model, i);
         }
         (0..self.present.len()).for_each(|k| self.place_circle(k));
     }
 }
 
-/// Marks a contact of the tip in its record.
-const TIP_MARK: f32 = 1.0;
+/// Sweeps that a step with so many contacts may take.
+fn most_sweeps(shared: &Shared<'_>, contacts: usize) -> u32 {
+    let n = contacts as f64;
+    // What a contact asks goes through a chain as by diffusion: long ones need sweeps with their square.
+    let chain = shared.settings.sweeps_per_contact * n * (n / 75.0).max(1.0);
+    shared.settings.sweeps.max(chain as usize) as u32
+}
 
 #[inline(always)]
 fn nearer(a: [f32; 2], b: [f32; 2], distance: f32) -> bool {
     let (dx, dy) = (a[0] - b[0], a[1] - b[1]);
     dx * dx + dy * dy < distance * distance
-}
-
-/// The contacts found so far.
-struct Found<'a> {
-    model: &'a Model,
-    lane: usize,
-    correction: f32,
-    threshold: f32,
-    contacts: Vec<Record>,
-    known: Vec<Known>,
-    reached: Vec<u16>,
-    in_reach: Mask,
-    overlap: f32,
-    /// Contacts come in about the same order as in the step before: where to look first.
-    hint: usize,
-}
-
-impl Found<'_> {
-    /// Lets a body take part in the step.
-    fn reach(&mut self, body: usize, impulses: &mut [Impulse; SLOTS]) {
-        if !self.in_reach.contains(body) {
-            self.in_reach.insert(body);
-            self.reached.push(body as u16);
-            impulses[self.lane * LANE_SLOTS + body] =
-                [0.0, 0.0, 0.0, self.threshold * self.model.bodies[body].threshold];
-        }
-    }
-
-    /// How a unit impulse along the normal and the tangent turns a body, in scaled coordinates, and the inverse root
-    /// of its mass.
-    #[inline(always)]
-    fn turning(&self, lane: &Lane, i: usize, [nx, ny]: [f32; 2], point: &Point) -> [f32; 3] {
-        let (body, frame) = (&self.model.bodies[i], &lane.frames[i]);
-        let [mx, my] = frame.vector(body.centre_of_mass[0], body.centre_of_mass[1]);
-        let rx = point.x - (frame.x + mx + lane.leads[i][0]);
-        let ry = point.y - (frame.y + my + lane.leads[i][1]);
-        let scale = body.inverse_root / body.torque_radius;
-        [(rx * ny - ry * nx) * scale, (rx * nx + ry * ny) * scale, body.inverse_root]
-    }
-
-    /// Makes a contact between body `a`, or the tip, and body `b`.
-    #[allow(clippy::too_many_arguments)]
-    fn add(
-        &mut self,
-        lane: &Lane,
-        a: Option<usize>,
-        b: usize,
-        normal: [f32; 2],
-        point: Point,
-        tip_move: [f32; 2],
-        pair: u64,
-        impulses: &mut [Impulse; SLOTS],
-    ) {
-        let base = self.lane * LANE_SLOTS;
-        self.reach(b, impulses);
-        let [nx, ny] = normal;
-        let (slot_a, [turn_an, turn_at, root_a], friction) = match a {
-            Some(a) => (base + a, self.turning(lane, a, normal, &point), self.model.bodies[a].friction),
-            None => (base + TIP_SLOT, [0.0; 3], self.model.tip_friction),
-        };
-        let [turn_bn, turn_bt, root_b] = self.turning(lane, b, normal, &point);
-        let gap = if point.gap < 0.0 { point.gap * self.correction } else { point.gap };
-        let want_n = gap - (nx * tip_move[0] + ny * tip_move[1]);
-        let want_t = ny * tip_move[0] - nx * tip_move[1];
-        let (normal_impulse, tangential) = self.warm(lane, pair, &point);
-        let mark = if a.is_none() { TIP_MARK } else { 0.0 };
-        self.contacts.push(Record([
-            [nx, ny, turn_an, turn_at],
-            [turn_bn, turn_bt, root_a, root_b],
-            [want_n, want_t, friction * self.model.bodies[b].friction, Record::pack(slot_a, base + b)],
-            [normal_impulse, tangential, mark, b as f32],
-        ]));
-        self.known.push(Known { pair, feature: point.feature, x: point.x, y: point.y, normal: 0.0, tangential: 0.0 });
-        if normal_impulse > 0.0 {
-            let (fx, fy) = (nx * normal_impulse - ny * tangential, ny * normal_impulse + nx * tangential);
-            let pa = &mut impulses[slot_a];
-            pa[0] -= fx * root_a;
-            pa[1] -= fy * root_a;
-            pa[2] -= turn_an * normal_impulse + turn_at * tangential;
-            let pb = &mut impulses[base + b];
-            pb[0] += fx * root_b;
-            pb[1] += fy * root_b;
-            pb[2] += turn_bn * normal_impulse + turn_bt * tangential;
-        }
-    }
-
-    /// The impulses that the same contact had in the step before: of the same features, else of the nearest point of
-    /// the pair that was not taken.
-    fn warm(&mut self, lane: &Lane, pair: u64, point: &Point) -> (f32, f32) {
-        let before = &lane.before;
-        let n = before.len();
-        for k in 0..n {
-            let i = if self.hint + k < n { self.hint + k } else { self.hint + k - n };
-            let known = &before[i];
-            if known.pair == pair && known.feature == point.feature {
-                self.hint = if i + 1 < n { i + 1 } else { 0 };
-                return (known.normal, known.tangential);
-            }
-        }
-        let mut nearest = 2.5e-5;
-        let mut impulse = (0.0, 0.0);
-        for known in before.iter().filter(|k| k.pair == pair) {
-            let (dx, dy) = (known.x - point.x, known.y - point.y);
-            if dx * dx + dy * dy < nearest {
-                nearest = dx * dx + dy * dy;
-                impulse = (known.normal, known.tangential);
-            }
-        }
-        impulse
-    }
 }

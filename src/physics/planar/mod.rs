@@ -1,5 +1,6 @@
 //! A quasi-static engine of our own that runs sixteen pushes side by side.
 
+mod found;
 mod lane;
 mod model;
 mod settings;
@@ -123,7 +124,11 @@ impl WithSimd for Call<'_> {
         let mut work = Work {
             simd,
             shared: Shared { scene: &engine.scene, model: &engine.model, settings: &engine.settings },
-            constants: Constants { least_slope: engine.settings.least_slope as f32 },
+            constants: Constants {
+                least_slope: engine.settings.least_slope as f32,
+                momentum: engine.settings.momentum as f32,
+                partial: engine.settings.partial_sweeps as u32,
+            },
             lanes,
             impulses,
             idle,

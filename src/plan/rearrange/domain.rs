@@ -144,7 +144,6 @@ impl Rearrange {
         for body in table.movable.iter() {
             let home = if misplaced.contains(body) { direct(table, &worker.layout, body) } else { None };
             if let Some(place) = home {
-                // The farther, the sooner: it makes no difference but to have an order.
                 out.candidates.push(Candidate::with_prior(placement(body, place.pose), HOME));
             }
             let wanted = if in_the_way.contains(body) { places } else { random };

@@ -9,7 +9,7 @@
 //! the way, the places where they block least. Half of the budget goes to attempts of `untangle` ([`super::improve`]),
 //! and the tree is then searched for a plan with fewer moves. Solutions that rollouts meet are kept, and limit the depth
 //! from then on. And a decision ends when its plan has as few moves as any can have, or has not become shorter for a
-//! while.
+//! while; one that begins with the plan of an earlier decision has 1/D of the seconds.
 
 use std::sync::{Arc, Mutex};
 
@@ -89,6 +89,10 @@ pub fn search(
     };
     let domain = Rearrange::new(Arc::clone(mover), proposals, means.options.reward);
     let start = Layout::new(&mover.table.problem.start);
+    // All decisions that begin with a plan take no longer together than the first, which made it.
+    let share = if tuned && known.is_some() { 1.0 / f64::from(params.max_depth.max(1)) } else { 1.0 };
+    let (whole, stop) = (means.stop, means.stop.sooner(share));
+    let means = &Means { stop: &stop, ..*means };
     let mut patience = if known.is_some() { PATIENCE_KNOWN } else { PATIENCE };
     let mut found = if tuned { first(workers, mover, known, means)? } else { Found::default() };
     if !tuned {
@@ -130,6 +134,9 @@ pub fn search(
             found.settled = matches!(report.reason, EndReason::Exhausted | EndReason::Solved);
             break;
         }
+    }
+    if stop.reason() == Some(StopReason::Interrupted) {
+        whole.interrupt();
     }
     let considered = if planted { considered(tree) } else { Vec::new() };
     Ok((found, considered))

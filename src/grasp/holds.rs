@@ -1,8 +1,8 @@
 //! Whether a commanded grasp holds at the true poses.
 
+use super::{GraspParams, GraspScratch, GraspTest};
 use crate::action::Grasp;
 use crate::error::Result;
-use crate::grasp::{GraspParams, GraspScratch, GraspTest};
 use crate::scene::{Scene, State};
 
 /// The library's grasp rule without the planner's safety distances: a finger may come down as near to a body as it

@@ -1,0 +1,54 @@
+//! The suites of retrieval problems that come with the tool; `suites/` has them as files.
+//!
+//! Made by
+//! `jostle generate suites/own-hard -n 22 --gripper dissertation_mask --seed 122`,
+//! `jostle generate suites/own-confined -n 20 --profile pmbs --gripper dissertation_mask --seed 120` and
+//! `jostle generate suites/deep -n 20 --profile pmbs --gripper dissertation_mask --seed 320 --pushes 3`.
+
+use jostle::eval::Suite;
+use jostle::scene::Problem;
+use jostle::scene::arc::ArcProfile;
+
+use crate::output::Outcome;
+
+/// Name, conventions (travel of a push, greatest number of actions), scene files.
+type Builtin = (&'static str, ArcProfile, &'static [&'static str]);
+
+macro_rules! suites {
+    ($($suite:literal $profile:ident { $($name:literal)* })*) => {
+        const SUITES: &[Builtin] = &[$((
+            $suite,
+            ArcProfile::$profile,
+            &[$(include_str!(concat!("../../../suites/", $suite, "/", $name, ".json")),)*],
+        ),)*];
+    };
+}
+
+suites! {
+    "own-hard" More {
+        "generated-122-1" "generated-122-10" "generated-122-11" "generated-122-12" "generated-122-13"
+        "generated-122-14" "generated-122-16" "generated-122-17" "generated-122-19" "generated-122-2"
+        "generated-122-21" "generated-122-22" "generated-122-23" "generated-122-24" "generated-122-27"
+        "generated-122-29" "generated-122-3" "generated-122-5" "generated-122-6" "generated-122-7" "generated-122-8"
+        "generated-122-9"
+    }
+    "own-confined" Pmbs {
+        "generated-120-0" "generated-120-1" "generated-120-10" "generated-120-11" "generated-120-12"
+        "generated-120-14" "generated-120-15" "generated-120-16" "generated-120-17" "generated-120-18"
+        "generated-120-19" "generated-120-2" "generated-120-20" "generated-120-21" "generated-120-3" "generated-120-5"
+        "generated-120-6" "generated-120-7" "generated-120-8" "generated-120-9"
+    }
+    "deep" Pmbs {
+        "generated-320-137" "generated-320-138" "generated-320-141" "generated-320-150" "generated-320-166"
+        "generated-320-178" "generated-320-179" "generated-320-180" "generated-320-19" "generated-320-193"
+        "generated-320-214" "generated-320-218" "generated-320-46" "generated-320-53" "generated-320-54"
+        "generated-320-55" "generated-320-73" "generated-320-85" "generated-320-86" "generated-320-87"
+    }
+}
+
+/// The suite of this name; a folder of that name is not looked for.
+pub fn find(name: &str) -> Outcome<Option<Suite>> {
+    let Some((name, profile, files)) = SUITES.iter().find(|(known, ..)| *known == name) else { return Ok(None) };
+    let problems = files.iter().map(|text| Problem::from_json(text)).collect::<Result<_, _>>()?;
+    Ok(Some(Suite { name: (*name).into(), problems, refused: Vec::new(), profile: Some(*profile) }))
+}

@@ -1,0 +1,327 @@
+//! A loaded network: tensors in, tensors out.
+
+use std::borrow::Cow;
+use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use ort::ep::{self, ExecutionProvider};
+use ort::logging::LogLevel;
+use ort::session::{Session, SessionInputValue};
+use ort::value::TensorRef;
+
+use super::file;
+use super::info::{Configuration, ModelInfo};
+use super::kind::{Axis, Kind, TensorSpec};
+use super::runtime::{Backend, Runtime, RuntimeInfo, RuntimeOptions};
+use crate::error::{Error, ModelFault, Result};
+
+/// Where a network runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Device {
+    #[default]
+    Cpu,
+    /// An NVIDIA graphics card by its number. Needs an ONNX Runtime that has the provider; results are not bit for bit.
+    Cuda(i32),
+}
+
+/// How a network is loaded and run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LoadOptions {
+    pub runtime: RuntimeOptions,
+    pub device: Device,
+    /// Threads of one call of the network. More than one pays for big networks that are called one at a time; planners
+    /// have threads of their own.
+    pub threads: usize,
+    /// What it has to have been made for.
+    pub configuration: Configuration,
+    /// Refuse a file whose SHA-256 is not this (hexadecimal digits).
+    pub sha256: Option<String>,
+    /// Run the self-test.
+    pub self_test: bool,
+}
+
+impl Default for LoadOptions {
+    fn default() -> Self {
+        Self {
+            runtime: RuntimeOptions::default(),
+            device: Device::Cpu,
+            threads: 1,
+            configuration: Configuration::default(),
+            sha256: None,
+            self_test: true,
+        }
+    }
+}
+
+/// A network ready to run. Cheap to clone.
+///
+/// Thread rule: shared freely between threads. The runtime's sessions serve one thread at a time, so every thread that runs
+/// the network at the same time has a session of its own, made when it is first needed and kept.
+///
+/// Every call of the runtime has the same number of items ([`super::Interface::chunk`]): another number may take another
+/// kernel, which rounds differently (ONNX Runtime 1.32: one item and four of a trained network differ in the last bits).
+/// So the result of an item does not depend on the others, on how many there are, or on the thread: same input, same bits
+/// (on a processor).
+#[derive(Clone)]
+pub struct Model {
+    shared: Arc<Shared>,
+}
+
+struct Shared {
+    info: ModelInfo,
+    bytes: Cow<'static, [u8]>,
+    runtime: &'static Runtime,
+    device: Device,
+    threads: usize,
+    idle: Mutex<Vec<Worker>>,
+}
+
+/// A session with the memory that fills up an incomplete chunk.
+struct Worker {
+    session: Session,
+    filled: Vec<Vec<f32>>,
+}
+
+/// Two are equal if they are the same loaded network.
+impl PartialEq for Model {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.shared, &other.shared)
+    }
+}
+
+impl std::fmt::Debug for Model {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Model").field("path", &self.info().path).field("kind", &self.info().kind).finish()
+    }
+}
+
+/// A session's raw result: for every output of the interface its shape and values.
+pub(super) type RawOutputs = Vec<(Vec<i64>, Vec<f32>)>;
+
+impl Model {
+    /// Loads a file and checks it. `kind`: what it must be; any if absent.
+    ///
+    /// # Errors
+    /// [`Error::Model`] names file, check, expected and found, in the order in which `docs/networks.md` lists the checks;
+    /// [`Error::Runtime`] if nothing runs networks; [`Error::Io`] for a file that cannot be read.
+    pub fn load(path: impl AsRef<Path>, kind: Option<Kind>, options: &LoadOptions) -> Result<Model> {
+        let bytes = file::read(path.as_ref())?;
+        Self::from_bytes(path.as_ref(), bytes, kind, options)
+    }
+
+    /// A network that is in memory. `path` is its name in messages.
+    pub fn from_bytes(
+        path: impl AsRef<Path>,
+        bytes: impl Into<Cow<'static, [u8]>>,
+        kind: Option<Kind>,
+        options: &LoadOptions,
+    ) -> Result<Model> {
+        let (path, bytes) = (path.as_ref(), bytes.into());
+        let onnx = file::check_bytes(path, &bytes)?;
+        if options.threads == 0 || options.threads > 1024 {
+            return Err(Error::argument("threads", format!("is {}; it must lie in 1..=1024", options.threads)));
+        }
+        let runtime = Runtime::open(&options.runtime)?;
+        let session = session(path, &bytes, runtime, options.device, options.threads)?;
+        let info = file::check(path, &bytes, onnx, kind, options)?;
+        let worker = Worker { session, filled: Vec::new() };
+        let (device, threads) = (options.device, options.threads);
+        let model = Model {
+            shared: Arc::new(Shared { info, bytes, runtime, device, threads, idle: Mutex::new(vec![worker]) }),
+        };
+        if options.self_test {
+            super::self_test::run(&model)?;
+        }
+        Ok(model)
+    }
+
+    pub fn info(&self) -> &ModelInfo {
+        &self.shared.info
+    }
+
+    /// What it runs on.
+    pub fn runtime(&self) -> &'static RuntimeInfo {
+        self.shared.runtime.info()
+    }
+
+    /// Refuses a network of another kind.
+    pub(crate) fn expect(&self, kind: Kind) -> Result<()> {
+        if self.info().kind == kind {
+            return Ok(());
+        }
+        Err(Error::model(&self.info().path, ModelFault::Kind, kind, self.info().kind))
+    }
+
+    /// Whether the file has this input.
+    pub(crate) fn has_input(&self, name: &str) -> bool {
+        self.info().onnx.inputs.iter().any(|input| input.name == name)
+    }
+
+    /// Runs `items` items with `objects` bodies each (1 for networks that know no bodies). Inputs and outputs are in the
+    /// interface's order, row-major; an input that the file does not have is not looked at. Outputs keep their memory.
+    pub fn run(&self, items: usize, objects: usize, inputs: &[&[f32]], outputs: &mut [Vec<f32>]) -> Result<()> {
+        let interface = self.info().interface;
+        if inputs.len() != interface.inputs.len() || outputs.len() != interface.outputs.len() {
+            return Err(Error::Internal("a network was called with another number of tensors".into()));
+        }
+        for (spec, input) in interface.inputs.iter().zip(inputs) {
+            let wanted = items * self.stride(spec, objects);
+            if self.has_input(spec.name) && input.len() != wanted {
+                let reason = format!("has {} values for {items} items; {wanted} are needed", input.len());
+                return Err(Error::argument(spec.name, reason));
+            }
+        }
+        outputs.iter_mut().for_each(Vec::clear);
+        if items == 0 {
+            return Ok(());
+        }
+        let mut worker = self.worker()?;
+        for first in (0..items).step_by(interface.chunk) {
+            let count = interface.chunk.min(items - first);
+            self.run_chunk(&mut worker, first, count, objects, inputs, outputs)?;
+        }
+        self.give_back(worker);
+        Ok(())
+    }
+
+    /// Runs one chunk and appends its outputs.
+    fn run_chunk(
+        &self,
+        worker: &mut Worker,
+        first: usize,
+        count: usize,
+        objects: usize,
+        inputs: &[&[f32]],
+        outputs: &mut [Vec<f32>],
+    ) -> Result<()> {
+        let interface = self.info().interface;
+        let chunk = interface.chunk;
+        worker.filled.resize_with(inputs.len(), Vec::new);
+        let mut tensors: Vec<(&'static str, Vec<i64>, &[f32])> = Vec::with_capacity(inputs.len());
+        for ((spec, input), filled) in interface.inputs.iter().zip(inputs).zip(&mut worker.filled) {
+            if !self.has_input(spec.name) {
+                continue;
+            }
+            let stride = self.stride(spec, objects);
+            let mut values = &input[first * stride..(first + count) * stride];
+            if count < chunk {
+                filled.clear();
+                filled.extend_from_slice(values);
+                filled.resize(chunk * stride, 0.0);
+                values = filled;
+            }
+            tensors.push((spec.name, self.shape(spec, objects), values));
+        }
+        let results = self.run_session(&mut worker.session, &tensors)?;
+        for ((spec, (shape, values)), output) in interface.outputs.iter().zip(results).zip(outputs) {
+            let wanted = self.shape(spec, objects);
+            if shape != wanted {
+                let text = |shape: &[i64]| format!("`{}` of shape {shape:?}", spec.name);
+                return Err(Error::model(&self.info().path, ModelFault::Run, text(&wanted), text(&shape)));
+            }
+            output.extend_from_slice(&values[..count * self.stride(spec, objects)]);
+        }
+        Ok(())
+    }
+
+    /// Runs one call with shapes of the caller's.
+    pub(super) fn run_free(&self, tensors: &[(&'static str, Vec<i64>, &[f32])]) -> Result<RawOutputs> {
+        let mut worker = self.worker()?;
+        let results = self.run_session(&mut worker.session, tensors)?;
+        self.give_back(worker);
+        Ok(results)
+    }
+
+    fn run_session(&self, session: &mut Session, tensors: &[(&'static str, Vec<i64>, &[f32])]) -> Result<RawOutputs> {
+        let path = &self.info().path;
+        let failed = |error: ort::Error| Error::model(path, ModelFault::Run, "a result", error.message());
+        let mut values: Vec<(&str, SessionInputValue<'_>)> = Vec::with_capacity(tensors.len());
+        for (name, shape, data) in tensors {
+            let tensor = TensorRef::from_array_view((shape.as_slice(), *data)).map_err(failed)?;
+            values.push((name, tensor.into()));
+        }
+        let found = session.run(values).map_err(failed)?;
+        let mut results = RawOutputs::with_capacity(found.len());
+        for spec in self.info().interface.outputs {
+            let Some(value) = found.get(spec.name) else {
+                return Err(Error::model(path, ModelFault::Run, format!("an output `{}`", spec.name), "none"));
+            };
+            let (shape, data) = if spec.integer {
+                let (shape, data) = value.try_extract_tensor::<i64>().map_err(failed)?;
+                (shape.to_vec(), data.iter().map(|n| *n as f32).collect::<Vec<_>>())
+            } else {
+                let (shape, data) = value.try_extract_tensor::<f32>().map_err(failed)?;
+                (shape.to_vec(), data.to_vec())
+            };
+            if let Some(at) = data.iter().position(|v| !v.is_finite()) {
+                let found = format!("{} as value {at} of `{}`", data[at], spec.name);
+                return Err(Error::model(path, ModelFault::Run, "finite numbers", found));
+            }
+            results.push((shape, data));
+        }
+        Ok(results)
+    }
+
+    /// The tensor's shape in a call of the runtime.
+    fn shape(&self, spec: &TensorSpec, objects: usize) -> Vec<i64> {
+        spec.axes.iter().map(|axis| self.extent(*axis, objects) as i64).collect()
+    }
+
+    /// Values of one item.
+    fn stride(&self, spec: &TensorSpec, objects: usize) -> usize {
+        spec.axes.iter().filter(|axis| **axis != Axis::Batch).map(|axis| self.extent(*axis, objects)).product()
+    }
+
+    fn extent(&self, axis: Axis, objects: usize) -> usize {
+        let side = self.info().side.unwrap_or(0);
+        match axis {
+            Axis::Batch => self.info().interface.chunk,
+            Axis::Objects => objects,
+            Axis::Fixed(n) => n,
+            Axis::Side | Axis::Free => side,
+            Axis::HalfSide => side / 2,
+            Axis::Found => 0,
+        }
+    }
+
+    fn worker(&self) -> Result<Worker> {
+        let shared = &self.shared;
+        if let Some(worker) = shared.idle.lock().unwrap_or_else(PoisonError::into_inner).pop() {
+            return Ok(worker);
+        }
+        let session = session(&shared.info.path, &shared.bytes, shared.runtime, shared.device, shared.threads)?;
+        Ok(Worker { session, filled: Vec::new() })
+    }
+
+    fn give_back(&self, worker: Worker) {
+        self.shared.idle.lock().unwrap_or_else(PoisonError::into_inner).push(worker);
+    }
+}
+
+/// A session of the runtime.
+fn session(path: &Path, bytes: &[u8], runtime: &Runtime, device: Device, threads: usize) -> Result<Session> {
+    let refused = |error: &ort::Error| {
+        Error::model(path, ModelFault::Session, format!("a network that {} accepts", runtime.info()), error.message())
+    };
+    let mut builder = Session::builder(runtime.environment()).map_err(|e| refused(&e))?;
+    // A backend that does not know a setting goes without it.
+    builder = builder.with_intra_threads(threads).unwrap_or_else(|e| e.recover());
+    builder = builder.with_inter_threads(1).unwrap_or_else(|e| e.recover());
+    builder = builder.with_intra_op_spinning(false).unwrap_or_else(|e| e.recover());
+    builder = builder.with_inter_op_spinning(false).unwrap_or_else(|e| e.recover());
+    builder = builder.with_log_level(LogLevel::Fatal).unwrap_or_else(|e| e.recover());
+    if let Device::Cuda(number) = device {
+        if runtime.info().backend != Backend::OnnxRuntime || !ep::CUDA::is_available().unwrap_or(false) {
+            return Err(Error::Unsupported(format!(
+                "device: CUDA was asked for, but {} has no CUDA provider; name the library of a GPU build in \
+                 `runtime.library`, or use the CPU",
+                runtime.info()
+            )));
+        }
+        let provider = ep::CUDA::default().with_device_id(number).build().error_on_failure();
+        builder = builder
+            .with_execution_providers([provider])
+            .map_err(|e| Error::Unsupported(format!("device: CUDA device {number} cannot be used: {}", e.message())))?;
+    }
+    builder.commit_from_memory(bytes).map_err(|e| refused(&e))
+}

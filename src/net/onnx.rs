@@ -1,0 +1,310 @@
+//! Reads what an ONNX file says of itself: metadata, inputs and outputs, without running or building anything.
+//!
+//! ONNX is a protocol buffer (`onnx.proto`). Only the fields that are needed are understood; the rest is stepped over.
+//! The reader accepts any bytes: lengths are checked against what is left, nothing is recursive, and memory grows with the
+//! file at most.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+/// An element type of `TensorProto.DataType` that matters here.
+pub const FLOAT: i32 = 1;
+
+/// A dimension of a tensor.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Dim {
+    Fixed(u64),
+    /// Decided when the network runs; tensors that name it alike agree.
+    Named(String),
+    Unknown,
+}
+
+impl std::fmt::Display for Dim {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Dim::Fixed(n) => write!(f, "{n}"),
+            Dim::Named(name) => f.write_str(name),
+            Dim::Unknown => f.write_str("?"),
+        }
+    }
+}
+
+/// An input or output of a network.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TensorInfo {
+    pub name: String,
+    /// `TensorProto.DataType`; 0 if it is no tensor.
+    pub dtype: i32,
+    /// `None`: of any rank.
+    pub dims: Option<Vec<Dim>>,
+}
+
+impl std::fmt::Display for TensorInfo {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "`{}` {}", self.name, dtype_name(self.dtype))?;
+        match &self.dims {
+            None => f.write_str(" of any rank"),
+            Some(dims) => {
+                let dims: Vec<_> = dims.iter().map(Dim::to_string).collect();
+                write!(f, "[{}]", dims.join(", "))
+            }
+        }
+    }
+}
+
+/// What ONNX calls an element type.
+pub fn dtype_name(dtype: i32) -> &'static str {
+    match dtype {
+        1 => "float32",
+        2 => "uint8",
+        3 => "int8",
+        4 => "uint16",
+        5 => "int16",
+        6 => "int32",
+        7 => "int64",
+        8 => "string",
+        9 => "bool",
+        10 => "float16",
+        11 => "float64",
+        12 => "uint32",
+        13 => "uint64",
+        16 => "bfloat16",
+        0 => "no tensor",
+        _ => "another element type",
+    }
+}
+
+/// What an ONNX file says of itself.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct OnnxInfo {
+    pub ir_version: u64,
+    /// Version of the standard operators.
+    pub opset: u64,
+    pub producer: String,
+    pub metadata: BTreeMap<String, String>,
+    /// Without the weights that old files list among the inputs.
+    pub inputs: Vec<TensorInfo>,
+    pub outputs: Vec<TensorInfo>,
+}
+
+/// Why bytes are no ONNX file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum NotOnnx {
+    #[error("bytes that are no protocol buffer from byte {0} on")]
+    Malformed(usize),
+    #[error("a file that ends within a field that begins at byte {0}")]
+    CutOff(usize),
+    #[error("a protocol buffer without the fields of an ONNX model")]
+    OtherProtocol,
+}
+
+type Read<T> = Result<T, NotOnnx>;
+
+/// A field's value.
+enum Value<'a> {
+    Number(u64),
+    Bytes(&'a [u8], usize),
+}
+
+/// Steps over the fields of one message.
+struct Fields<'a> {
+    bytes: &'a [u8],
+    at: usize,
+    /// Where the message begins within the file.
+    base: usize,
+}
+
+impl<'a> Fields<'a> {
+    fn new(bytes: &'a [u8], base: usize) -> Self {
+        Self { bytes, at: 0, base }
+    }
+
+    fn varint(&mut self) -> Read<u64> {
+        let begin = self.at;
+        let mut value = 0_u64;
+        for shift in (0..64).step_by(7) {
+            let Some(&byte) = self.bytes.get(self.at) else { return Err(NotOnnx::CutOff(self.base + begin)) };
+            self.at += 1;
+            value |= u64::from(byte & 0x7f) << shift;
+            if byte < 0x80 {
+                return Ok(value);
+            }
+        }
+        Err(NotOnnx::Malformed(self.base + begin))
+    }
+
+    fn take(&mut self, length: u64, begin: usize) -> Read<&'a [u8]> {
+        let left = self.bytes.len() - self.at;
+        let Some(length) = usize::try_from(length).ok().filter(|length| *length <= left) else {
+            return Err(NotOnnx::CutOff(self.base + begin));
+        };
+        let taken = &self.bytes[self.at..self.at + length];
+        self.at += length;
+        Ok(taken)
+    }
+
+    /// The next field's number and value.
+    fn next(&mut self) -> Read<Option<(u64, Value<'a>)>> {
+        let begin = self.at;
+        if begin == self.bytes.len() {
+            return Ok(None);
+        }
+        let key = self.varint()?;
+        let number = key >> 3;
+        let value = match key & 7 {
+            0 => Value::Number(self.varint()?),
+            1 => Value::Bytes(self.take(8, begin)?, 0),
+            2 => {
+                let length = self.varint()?;
+                let from = self.base + self.at;
+                Value::Bytes(self.take(length, begin)?, from)
+            }
+            5 => Value::Bytes(self.take(4, begin)?, 0),
+            _ => return Err(NotOnnx::Malformed(self.base + begin)),
+        };
+        if number == 0 {
+            return Err(NotOnnx::Malformed(self.base + begin));
+        }
+        Ok(Some((number, value)))
+    }
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+impl OnnxInfo {
+    /// Reads a `ModelProto`.
+    pub fn read(bytes: &[u8]) -> Read<OnnxInfo> {
+        let mut info = OnnxInfo::default();
+        let mut graph = false;
+        let mut fields = Fields::new(bytes, 0);
+        while let Some((number, value)) = fields.next()? {
+            match (number, value) {
+                (1, Value::Number(version)) => info.ir_version = version,
+                (2, Value::Bytes(name, _)) => info.producer = text(name),
+                (7, Value::Bytes(inner, base)) => {
+                    info.graph(inner, base)?;
+                    graph = true;
+                }
+                (8, Value::Bytes(inner, base)) => info.operators(inner, base)?,
+                (14, Value::Bytes(inner, base)) => info.property(inner, base)?,
+                _ => {}
+            }
+        }
+        if graph && info.ir_version > 0 { Ok(info) } else { Err(NotOnnx::OtherProtocol) }
+    }
+
+    /// `OperatorSetIdProto`.
+    fn operators(&mut self, bytes: &[u8], base: usize) -> Read<()> {
+        let (mut standard, mut version) = (true, 0);
+        let mut fields = Fields::new(bytes, base);
+        while let Some((number, value)) = fields.next()? {
+            match (number, value) {
+                (1, Value::Bytes(domain, _)) => standard = domain.is_empty() || domain == b"ai.onnx",
+                (2, Value::Number(n)) => version = n,
+                _ => {}
+            }
+        }
+        if standard {
+            self.opset = self.opset.max(version);
+        }
+        Ok(())
+    }
+
+    /// `StringStringEntryProto`.
+    fn property(&mut self, bytes: &[u8], base: usize) -> Read<()> {
+        let (mut key, mut content) = (String::new(), String::new());
+        let mut fields = Fields::new(bytes, base);
+        while let Some((number, value)) = fields.next()? {
+            match (number, value) {
+                (1, Value::Bytes(bytes, _)) => key = text(bytes),
+                (2, Value::Bytes(bytes, _)) => content = text(bytes),
+                _ => {}
+            }
+        }
+        self.metadata.insert(key, content);
+        Ok(())
+    }
+
+    /// `GraphProto`.
+    fn graph(&mut self, bytes: &[u8], base: usize) -> Read<()> {
+        let mut weights = BTreeSet::new();
+        let mut fields = Fields::new(bytes, base);
+        while let Some((number, value)) = fields.next()? {
+            match (number, value) {
+                // `TensorProto`: its name is field 8.
+                (5, Value::Bytes(inner, base)) => {
+                    let mut fields = Fields::new(inner, base);
+                    while let Some((number, value)) = fields.next()? {
+                        if let (8, Value::Bytes(name, _)) = (number, value) {
+                            weights.insert(text(name));
+                        }
+                    }
+                }
+                (11, Value::Bytes(inner, base)) => self.inputs.push(tensor(inner, base)?),
+                (12, Value::Bytes(inner, base)) => self.outputs.push(tensor(inner, base)?),
+                _ => {}
+            }
+        }
+        self.inputs.retain(|input| !weights.contains(&input.name));
+        Ok(())
+    }
+}
+
+/// `ValueInfoProto`.
+fn tensor(bytes: &[u8], base: usize) -> Read<TensorInfo> {
+    let mut info = TensorInfo { name: String::new(), dtype: 0, dims: None };
+    let mut fields = Fields::new(bytes, base);
+    while let Some((number, value)) = fields.next()? {
+        match (number, value) {
+            (1, Value::Bytes(name, _)) => info.name = text(name),
+            // `TypeProto`, of which field 1 is `TypeProto.Tensor`.
+            (2, Value::Bytes(inner, base)) => {
+                let mut fields = Fields::new(inner, base);
+                while let Some((number, value)) = fields.next()? {
+                    if let (1, Value::Bytes(inner, base)) = (number, value) {
+                        tensor_type(inner, base, &mut info)?;
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+    Ok(info)
+}
+
+/// `TypeProto.Tensor`.
+fn tensor_type(bytes: &[u8], base: usize, info: &mut TensorInfo) -> Read<()> {
+    let mut fields = Fields::new(bytes, base);
+    while let Some((number, value)) = fields.next()? {
+        match (number, value) {
+            (1, Value::Number(dtype)) => info.dtype = i32::try_from(dtype).unwrap_or(-1),
+            (2, Value::Bytes(inner, base)) => {
+                let mut dims = Vec::new();
+                let mut fields = Fields::new(inner, base);
+                while let Some((number, value)) = fields.next()? {
+                    if let (1, Value::Bytes(inner, base)) = (number, value) {
+                        dims.push(dim(inner, base)?);
+                    }
+                }
+                info.dims = Some(dims);
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+/// `TensorShapeProto.Dimension`.
+fn dim(bytes: &[u8], base: usize) -> Read<Dim> {
+    let mut dim = Dim::Unknown;
+    let mut fields = Fields::new(bytes, base);
+    while let Some((number, value)) = fields.next()? {
+        match (number, value) {
+            (1, Value::Number(n)) => dim = Dim::Fixed(n),
+            (2, Value::Bytes(name, _)) if !name.is_empty() => dim = Dim::Named(text(name)),
+            _ => {}
+        }
+    }
+    Ok(dim)
+}

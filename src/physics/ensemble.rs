@@ -1,0 +1,93 @@
+//! The same scene in worlds that differ from what is known of it: what a plan has to survive.
+
+use std::sync::Arc;
+
+use super::options::{PhysicsOptions, engine};
+use super::transition::Transition;
+use crate::error::Result;
+use crate::run::Key;
+use crate::scene::{Scene, State, Uncertainty};
+
+/// Perturbed worlds with an engine each. World `k` has its own friction factors, its own place of the bodies for what
+/// was observed, and its own noise of every later look, all of them functions of the key and `k`: whatever is compared
+/// in the ensemble meets the same worlds (common random numbers).
+pub struct Ensemble {
+    scene: Arc<Scene>,
+    uncertainty: Uncertainty,
+    key: Key,
+    worlds: Vec<Arc<dyn Transition>>,
+}
+
+/// Branches of a world's key.
+const FRICTION: u64 = 0;
+const PLACE: u64 = 1;
+const LOOKS: u64 = 2;
+
+impl Ensemble {
+    /// `count` worlds of a scene. The engines take turns (a finer step in every other world, say); there is at least one.
+    pub fn new(
+        scene: &Arc<Scene>,
+        engines: &[PhysicsOptions],
+        uncertainty: Uncertainty,
+        count: usize,
+        key: Key,
+    ) -> Result<Ensemble> {
+        uncertainty.validate()?;
+        let world = |(k, options): (usize, &PhysicsOptions)| {
+            let perturbed = uncertainty.scene(scene, key.child(k as u64).child(FRICTION));
+            engine(options, Arc::new(perturbed))
+        };
+        let worlds = (0..count).zip(engines.iter().cycle()).map(world).collect::<Result<_>>()?;
+        Ok(Ensemble { scene: Arc::clone(scene), uncertainty, key, worlds })
+    }
+
+    /// How many worlds there are.
+    pub fn len(&self) -> usize {
+        self.worlds.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.worlds.is_empty()
+    }
+
+    /// What pushes do in world `k`; `None` where there is no such world.
+    pub fn engine(&self, k: usize) -> Option<&Arc<dyn Transition>> {
+        self.worlds.get(k)
+    }
+
+    /// Where the bodies are in world `k` if they were observed so.
+    pub fn truth(&self, k: usize, observed: &State) -> State {
+        self.uncertainty.state(&self.scene, observed, self.key.child(k as u64).child(PLACE))
+    }
+
+    /// What is seen of a state of world `k` at its look number `look`.
+    pub fn observe(&self, k: usize, truth: &State, look: u64) -> State {
+        self.uncertainty.state(&self.scene, truth, self.key.child(k as u64).child(LOOKS).child(look))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::generate::{Generator, GeneratorParams};
+
+    #[test]
+    fn worlds_are_functions_of_the_key_and_differ_from_each_other() {
+        let problem = Generator::new(GeneratorParams::default(), 1).unwrap().problem(0).unwrap();
+        let engines = [PhysicsOptions::preset("fast")];
+        let make = |seed, count| {
+            Ensemble::new(&problem.scene, &engines, Uncertainty::default(), count, Key::new(seed)).unwrap()
+        };
+        let (a, more, other) = (make(1, 4), make(1, 8), make(2, 4));
+        assert_eq!((a.len(), more.len()), (4, 8));
+        let friction = |e: &Ensemble, k: usize| e.engine(k).unwrap().scene().clone();
+        for k in 0..4 {
+            assert_eq!(friction(&a, k), friction(&more, k), "more worlds change none of the first");
+            assert_ne!(friction(&a, k), friction(&other, k));
+            assert_eq!(a.truth(k, &problem.state), more.truth(k, &problem.state));
+            assert_ne!(a.truth(k, &problem.state), a.truth((k + 1) % 4, &problem.state));
+            assert_ne!(a.observe(k, &problem.state, 0), a.observe(k, &problem.state, 1), "every look is another one");
+        }
+        assert!(a.engine(4).is_none());
+    }
+}

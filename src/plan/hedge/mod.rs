@@ -1,0 +1,59 @@
+//! `hedge`: the planner of our own. Shortest plans are cheap to find, plans that survive are not.
+//!
+//! 1. Level 1, then level 2, are searched whole in the cheap engine (`planar`): every push of every state. What the
+//!    search says of them is a proof: no plan of fewer pushes exists in the action set and the model.
+//! 2. Below them a guided search goes on (the tree search of `pmbs`, in the same tree), as long as it takes.
+//! 3. For every first push with a solution, simulated episodes in an ensemble of perturbed worlds (`episode`) tell how
+//!    many actions it takes *on average* until the target is out, when the robot looks and plans again after every push.
+//!    The first push with the least expectation is chosen; the better ones meet more worlds (`expect`).
+//! 4. A level is searched only if its plans could be better: a plan of more than `n` pushes takes at least `n + 2`
+//!    actions, so the decision ends with the level `n` whose best plan is expected to take no more.
+//!
+//! The worlds: friction of the tip and of every body off by up to 20 %, bodies 1 mm and 1 degree from where they were
+//! seen, `prism` as engine. They are the same for all plans.
+
+mod decision;
+mod episode;
+mod expect;
+
+pub(super) use decision::{level, make};
+
+use super::options::PlannerOptions;
+use super::recipe::Recipe;
+use super::retrieval::Reward;
+use crate::error::Result;
+use crate::physics::{Ensemble, PhysicsOptions, Purpose};
+use crate::run::{Budget, Key};
+use crate::scene::{Problem, Uncertainty};
+use crate::search::Params;
+
+/// Lanes where the user sets none.
+const LANES: usize = 64;
+/// Limits of a decision. Where a plan is found, the caps on the work end it long before; the iterations come before the
+/// seconds, so that what is decided does not depend on how busy the machine is.
+const ITERATIONS: u64 = 8192;
+const SECONDS: f64 = 8.0;
+
+pub fn recipe(options: &PlannerOptions) -> Result<Recipe> {
+    let lanes = options.lanes.unwrap_or(LANES) as u32;
+    let search =
+        Params { adopt_solutions: true, prefer_solution: true, shrink_depth_on_solution: false, ..Params::pmbs(lanes) };
+    Ok(Recipe {
+        confirm: Some(PhysicsOptions::named("prism", None, Purpose::Planning)?),
+        hedges: true,
+        ..Recipe::new(
+            search,
+            PhysicsOptions::named("planar", None, Purpose::Planning)?,
+            "pmbs_contour",
+            Reward { shaping: 0.1, solved_score: options.grasp.solved_score },
+            Budget { iterations: Some(ITERATIONS), seconds: Some(SECONDS), bytes: None },
+        )
+    })
+}
+
+/// The worlds of a problem. Of the confirming engine, or of the search's where nothing is confirmed.
+pub(super) fn ensemble(recipe: &Recipe, problem: &Problem, seed: u64) -> Result<Ensemble> {
+    let engine = recipe.confirm.as_ref().unwrap_or(&recipe.physics).clone();
+    let key = Key::new(seed).child(2);
+    Ensemble::new(&problem.scene, &[engine], Uncertainty::default(), expect::WORLDS, key)
+}

@@ -1,0 +1,98 @@
+//! The networks of a planner's parts: those that its options name, or a caller's own.
+
+use std::sync::Arc;
+
+use super::options::PlannerOptions;
+use super::recipe::Recipe;
+use crate::error::Result;
+use crate::grasp::{self, GraspabilityScorer, Scorer};
+use crate::net::{Dipn, LoadOptions, Model, MotionModel, Ppn, PushValue, TargetProbability};
+use crate::physics::{self, PhysicsOptions, Transition};
+use crate::scene::Scene;
+
+/// Learned parts that a caller brings, in place of what the options name: a network of another runtime, or a stand-in.
+#[derive(Clone, Default)]
+pub struct OwnNetworks {
+    /// Takes the place of the engine of the search.
+    pub motion: Option<Arc<dyn MotionModel>>,
+    /// Takes the place of the network that values pushes.
+    pub push_value: Option<Arc<dyn PushValue>>,
+    /// Takes the place of the scorer.
+    pub graspability: Option<Arc<dyn TargetProbability>>,
+}
+
+/// Loaded once for a planner.
+pub(super) struct Networks {
+    /// Of the search's engine and of the confirming one, where they are learned.
+    search: Option<Arc<dyn MotionModel>>,
+    confirm: Option<Arc<dyn MotionModel>>,
+    scorer: grasp::Networks,
+    graspability: Option<Arc<dyn TargetProbability>>,
+    pub prior: Option<Arc<dyn PushValue>>,
+}
+
+impl Networks {
+    /// Loads what the recipe needs and the caller does not bring.
+    pub fn load(options: &PlannerOptions, recipe: &Recipe, own: OwnNetworks) -> Result<Networks> {
+        let motion = |physics: Option<&PhysicsOptions>| {
+            let learned = physics.filter(|physics| physics.engine == "dipn");
+            let load = |physics: &PhysicsOptions| -> Result<Arc<dyn MotionModel>> {
+                match &options.engine_model {
+                    Some(model) => Ok(Arc::new(Dipn::new(model.clone())?)),
+                    None => physics::Dipn::load(&physics.preset),
+                }
+            };
+            learned.map(load).transpose()
+        };
+        let search = match own.motion {
+            Some(motion) => Some(motion),
+            None => motion(Some(&recipe.physics))?,
+        };
+        let prior = match (own.push_value, &recipe.prior) {
+            (Some(value), _) => Some(value),
+            (None, Some(network)) => Some(push_value(network, options.prior_model.as_ref())?),
+            (None, None) => None,
+        };
+        let scorer = match &own.graspability {
+            Some(_) => grasp::Networks::default(),
+            None => grasp::Networks::new(&recipe.scorer, options.scorer_model.clone())?,
+        };
+        Ok(Networks {
+            search,
+            confirm: motion(recipe.confirm.as_ref())?,
+            scorer,
+            graspability: own.graspability,
+            prior,
+        })
+    }
+
+    /// The engine of the search, prepared for a scene.
+    pub fn engine(&self, recipe: &Recipe, scene: &Arc<Scene>) -> Result<Arc<dyn Transition>> {
+        let physics = match &self.search {
+            Some(_) => &PhysicsOptions { engine: "dipn".into(), ..recipe.physics.clone() },
+            None => &recipe.physics,
+        };
+        physics::engine_with(physics, Arc::clone(scene), self.search.as_ref())
+    }
+
+    /// The engine that plans are confirmed in, if they are.
+    pub fn confirming(&self, recipe: &Recipe, scene: &Arc<Scene>) -> Result<Option<Arc<dyn Transition>>> {
+        let engine = |options| physics::engine_with(options, Arc::clone(scene), self.confirm.as_ref());
+        recipe.confirm.as_ref().map(engine).transpose()
+    }
+
+    pub fn scorer(&self, recipe: &Recipe, scene: &Scene) -> Result<Box<dyn Scorer>> {
+        match &self.graspability {
+            Some(network) => Ok(Box::new(GraspabilityScorer::new(scene, Arc::clone(network))?)),
+            None => grasp::scorer(&recipe.scorer, scene, &self.scorer),
+        }
+    }
+}
+
+fn push_value(name: &str, model: Option<&Model>) -> Result<Arc<dyn PushValue>> {
+    let model = match model {
+        Some(model) => model.clone(),
+        None => Model::builtin(name, &LoadOptions::default())?,
+    };
+    Ok(Arc::new(Ppn::new(model)?))
+}
