@@ -17,7 +17,7 @@ ANGLES = 16
 class Gn(nn.Module):
     """A U-Net in one pass: 16 angles are 16 channels, at half of the image's resolution."""
 
-    def __init__(self, width=32):
+    def __init__(self, width=16):
         super().__init__()
         w = width
         self.stem = nn.Sequential(layer(3, w, 5, 2), layer(w, w))
