@@ -460,7 +460,7 @@ fn a_planner_searches_with_the_learned_engine_and_scorer_and_threads_change_no_b
         let mut options = PlannerOptions {
             budget: Budget::iterations(64),
             threads,
-            scorer: scorer.into(),
+            scorer: Some(scorer.into()),
             scorer_model: (scorer != "geometric")
                 .then(|| Model::load(net(scorer), None, &LoadOptions::default()).unwrap()),
             ..PlannerOptions::default()
