@@ -236,7 +236,7 @@ class GcTask(ImageTask):
 
 
 def best_threshold(probability, truth):
-    accuracies = [(float(((probability >= t) == truth).float().mean()), t)
+    accuracies = [(float(((probability >= t) == truth).float().mean()), round(t, 2))
                   for t in (torch.arange(20, 81) / 100).tolist()]
     return max(accuracies, key=lambda a: (a[0], -abs(a[1] - 0.5)))
 

@@ -113,8 +113,9 @@ def main():
         average.count = done["step"]
         optimiser.load_state_dict(found["optimiser"])
         job.generator.manual_seed(done["step"] + 7)
-    if str(args.data) not in done["sources"]:
-        done["sources"].append(str(Path(args.data).name))
+    source = Path(args.data).name
+    if source not in done["sources"]:
+        done["sources"].append(source)
 
     log = open(args.log, "a") if args.log else sys.stderr
     start, cpu_start = time.monotonic(), time.process_time()
