@@ -87,6 +87,7 @@ fn every_spoilt_file_has_its_own_fault_and_a_message_with_file_expected_and_foun
     assert_eq!(fault(&missing), ModelFault::Missing);
     let pointer = b"version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 12345\n";
     let spec = |text| with_property(&gc, "spec", Some(text));
+    #[allow(clippy::type_complexity)]
     let cases: Vec<(&str, Vec<u8>, Option<Kind>, ModelFault, &str)> = vec![
         ("empty", vec![], None, ModelFault::Empty, "0 bytes"),
         ("pointer", pointer.to_vec(), None, ModelFault::LfsPointer, "git lfs pull"),

@@ -56,6 +56,7 @@ fn put(value: u64, out: &mut Vec<u8>) {
 }
 
 /// Writes a message anew; `edit` gets every field's number and bytes and gives what takes its place.
+#[allow(clippy::type_complexity)]
 fn rewrite(mut bytes: &[u8], edit: &mut dyn FnMut(u64, &[u8]) -> Option<Vec<u8>>) -> Vec<u8> {
     let mut out = Vec::new();
     while !bytes.is_empty() {
