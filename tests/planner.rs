@@ -94,7 +94,8 @@ fn options(planner: &str) -> PlannerOptions {
 }
 
 fn all() -> impl Iterator<Item = PlannerOptions> {
-    PLANNERS.iter().map(|planner| options(planner))
+    // `ppn` and `dipn` look one push ahead and are done, `vft` joins pushes; `tests/learned.rs` has them.
+    PLANNERS.iter().filter(|planner| !matches!(**planner, "ppn" | "dipn" | "vft")).map(|planner| options(planner))
 }
 
 fn solve(options: &PlannerOptions, problem: &Problem) -> Plan {
@@ -651,7 +652,7 @@ fn one_push_solves(options: &PlannerOptions, sampler: &str, problem: &Problem) -
 fn what_a_plan_says_cannot_be_done_cannot_be_done() {
     let (mut claimed, mut solvable) = (0, 0);
     for options in all() {
-        let sampler = if options.planner == "mcts" { "more" } else { "pmbs_contour" };
+        let sampler = if matches!(&*options.planner, "mcts" | "more") { "more" } else { "pmbs_contour" };
         for problem in (0..6).map(clutter).chain([walled()]) {
             let truth = one_push_solves(&options, sampler, &problem);
             solvable += u32::from(truth);

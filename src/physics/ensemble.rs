@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
-use super::options::{PhysicsOptions, engine};
+use super::options::{PhysicsOptions, engine_with};
 use super::transition::Transition;
 use crate::error::Result;
+use crate::net::MotionModel;
 use crate::run::Key;
 use crate::scene::{Scene, State, Uncertainty};
 
@@ -25,9 +26,11 @@ const LOOKS: u64 = 2;
 
 impl Ensemble {
     /// `count` worlds of a scene. The engines take turns (a finer step in every other world, say); there is at least one.
+    /// `network`: that of the engine `dipn`, where it is loaded already.
     pub fn new(
         scene: &Arc<Scene>,
         engines: &[PhysicsOptions],
+        network: Option<&Arc<dyn MotionModel>>,
         uncertainty: Uncertainty,
         count: usize,
         key: Key,
@@ -35,7 +38,7 @@ impl Ensemble {
         uncertainty.validate()?;
         let world = |(k, options): (usize, &PhysicsOptions)| {
             let perturbed = uncertainty.scene(scene, key.child(k as u64).child(FRICTION));
-            engine(options, Arc::new(perturbed))
+            engine_with(options, Arc::new(perturbed), network)
         };
         let worlds = (0..count).zip(engines.iter().cycle()).map(world).collect::<Result<_>>()?;
         Ok(Ensemble { scene: Arc::clone(scene), uncertainty, key, worlds })
@@ -76,7 +79,7 @@ mod tests {
         let problem = Generator::new(GeneratorParams::default(), 1).unwrap().problem(0).unwrap();
         let engines = [PhysicsOptions::preset("fast")];
         let make = |seed, count| {
-            Ensemble::new(&problem.scene, &engines, Uncertainty::default(), count, Key::new(seed)).unwrap()
+            Ensemble::new(&problem.scene, &engines, None, Uncertainty::default(), count, Key::new(seed)).unwrap()
         };
         let (a, more, other) = (make(1, 4), make(1, 8), make(2, 4));
         assert_eq!((a.len(), more.len()), (4, 8));

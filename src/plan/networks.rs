@@ -68,11 +68,22 @@ impl Networks {
 
     /// The engine of the search, prepared for a scene.
     pub fn engine(&self, recipe: &Recipe, scene: &Arc<Scene>) -> Result<Arc<dyn Transition>> {
-        let physics = match &self.search {
-            Some(_) => &PhysicsOptions { engine: "dipn".into(), ..recipe.physics.clone() },
-            None => &recipe.physics,
-        };
-        physics::engine_with(physics, Arc::clone(scene), self.search.as_ref())
+        physics::engine_with(&self.searching(recipe), Arc::clone(scene), self.search.as_ref())
+    }
+
+    fn searching(&self, recipe: &Recipe) -> PhysicsOptions {
+        match &self.search {
+            Some(_) => PhysicsOptions { engine: "dipn".into(), ..recipe.physics.clone() },
+            None => recipe.physics.clone(),
+        }
+    }
+
+    /// What perturbed worlds are simulated with: the confirming engine, or the search's where nothing is confirmed.
+    pub fn worlds(&self, recipe: &Recipe) -> (PhysicsOptions, Option<&Arc<dyn MotionModel>>) {
+        match &recipe.confirm {
+            Some(confirm) => (confirm.clone(), self.confirm.as_ref()),
+            None => (self.searching(recipe), self.search.as_ref()),
+        }
     }
 
     /// The engine that plans are confirmed in, if they are.

@@ -193,11 +193,6 @@ impl PlannerOptions {
         if let Confirm::With(physics) = &self.confirm {
             physics.validate().map_err(|e| e.within("confirm"))?;
         }
-        let scorer = recipe(self)?.scorer;
-        check_scorer(&scorer)?;
-        if self.scorer_model.is_some() && scorer == "geometric" {
-            return Err(Error::argument("scorer_model", "is given, but the scorer `geometric` has no network"));
-        }
         self.budget.validate()?;
         check_range("grasp.execute_score", self.grasp.execute_score, 0.0..=1.0)?;
         check_range("grasp.solved_score", self.grasp.solved_score, 0.0..=1.0)?;
@@ -211,6 +206,11 @@ impl PlannerOptions {
             check_range("max_depth", f64::from(depth), 1.0..=64.0)?;
         }
         check_range("threads", self.threads as f64, 0.0..=1024.0)?;
-        recipe(self).map(drop)
+        let scorer = recipe(self)?.scorer;
+        check_scorer(&scorer)?;
+        if self.scorer_model.is_some() && scorer == "geometric" {
+            return Err(Error::argument("scorer_model", "is given, but the scorer `geometric` has no network"));
+        }
+        Ok(())
     }
 }

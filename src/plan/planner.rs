@@ -165,7 +165,7 @@ impl Planner {
             self.reset();
             (self.domain, self.demand) = (None, 0.0);
             self.confirming = self.networks.confirming(&self.recipe, &problem.scene)?;
-            let worlds = || hedge::ensemble(&self.recipe, problem, self.options.seed);
+            let worlds = || hedge::ensemble(&self.recipe, &self.networks, problem, self.options.seed);
             self.ensemble = self.recipe.hedges.then(worlds).transpose()?;
             self.domain = Some(prepare(&self.options, &self.recipe, &self.networks, problem)?);
         }

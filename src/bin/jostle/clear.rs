@@ -47,7 +47,7 @@ pub fn read(path: &Path) -> Outcome<Option<Clearing>> {
 
 /// The planner's options. `pmbs`, the default of the command line, stands for the default of clearings.
 fn options(args: &PlannerArgs) -> Outcome<ClearOptions> {
-    let planner = if args.planner == "pmbs" { CLEAR_PLANNERS[0] } else { args.planner.as_str() };
+    let planner = if args.planner == "hedge" { CLEAR_PLANNERS[0] } else { args.planner.as_str() };
     let mut engines = PlannerOptions::default();
     engines.set_confirm(args.confirm.as_deref())?;
     let mut options = ClearOptions {

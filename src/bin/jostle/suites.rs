@@ -39,10 +39,10 @@ suites! {
         "generated-120-6" "generated-120-7" "generated-120-8" "generated-120-9"
     }
     "deep" Pmbs {
-        "generated-320-137" "generated-320-138" "generated-320-141" "generated-320-150" "generated-320-166"
-        "generated-320-178" "generated-320-179" "generated-320-180" "generated-320-19" "generated-320-193"
-        "generated-320-214" "generated-320-218" "generated-320-46" "generated-320-53" "generated-320-54"
-        "generated-320-55" "generated-320-73" "generated-320-85" "generated-320-86" "generated-320-87"
+        "generated-320-112" "generated-320-137" "generated-320-138" "generated-320-141" "generated-320-150"
+        "generated-320-166" "generated-320-178" "generated-320-19" "generated-320-193" "generated-320-201"
+        "generated-320-214" "generated-320-218" "generated-320-231" "generated-320-242" "generated-320-46"
+        "generated-320-54" "generated-320-73" "generated-320-85" "generated-320-86" "generated-320-87"
     }
 }
 

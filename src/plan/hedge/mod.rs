@@ -18,6 +18,7 @@ mod expect;
 
 pub(super) use decision::{level, make};
 
+use super::networks::Networks;
 use super::options::PlannerOptions;
 use super::recipe::Recipe;
 use super::retrieval::Reward;
@@ -52,8 +53,8 @@ pub fn recipe(options: &PlannerOptions) -> Result<Recipe> {
 }
 
 /// The worlds of a problem. Of the confirming engine, or of the search's where nothing is confirmed.
-pub(super) fn ensemble(recipe: &Recipe, problem: &Problem, seed: u64) -> Result<Ensemble> {
-    let engine = recipe.confirm.as_ref().unwrap_or(&recipe.physics).clone();
+pub(super) fn ensemble(recipe: &Recipe, networks: &Networks, problem: &Problem, seed: u64) -> Result<Ensemble> {
+    let (engine, network) = networks.worlds(recipe);
     let key = Key::new(seed).child(2);
-    Ensemble::new(&problem.scene, &[engine], Uncertainty::default(), expect::WORLDS, key)
+    Ensemble::new(&problem.scene, &[engine], network, Uncertainty::default(), expect::WORLDS, key)
 }
