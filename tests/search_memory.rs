@@ -1,44 +1,17 @@
 //! The search's bookkeeping allocates nothing once its memory has grown, and costs little time.
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
 use jostle::{run, search};
 
+#[path = "common/counting.rs"]
+mod counting;
 #[path = "../src/search/toy.rs"]
 #[allow(dead_code)]
 mod toy;
 
+use counting::ALLOCATIONS;
 use run::{Budget, Pool, Stop};
 use search::{EarlyStop, Params, Run, Tree};
 use toy::Toy;
-
-thread_local! {
-    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
-}
-
-/// Counts the allocations of each thread.
-struct Counting;
-
-// SAFETY: everything is passed on to the system's allocator.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn realloc(&self, memory: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
-        unsafe { System.realloc(memory, layout, size) }
-    }
-
-    unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
-        unsafe { System.dealloc(memory, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 /// Searches several times with one tree and returns the allocations of the last time.
 fn allocations(params: &Params, solutions: f64, advance: bool) -> u64 {
