@@ -48,6 +48,18 @@ fn clear_table_takes_every_body_the_same_way_every_time() {
 }
 
 #[test]
+fn learned_retrieve_gets_the_target_and_says_why_or_what_is_missing() {
+    let shared = told("examples_c/learned_retrieve.c", "learned_retrieve", Link::Shared);
+    assert_eq!(shared, told("examples_c/learned_retrieve.c", "learned_retrieve", Link::Static));
+    if shared.starts_with("nothing runs networks here: ") || shared.starts_with("this build has no network: ") {
+        println!("skipped: {shared}");
+        return;
+    }
+    assert!(shared.ends_with("grasped\nretrieved\n"), "{shared}");
+    assert!(shared.contains(" 1  push  ") && shared.contains("\n    1. ("), "a push, and why:\n{shared}");
+}
+
+#[test]
 fn async_cancel_stops_in_time() {
     for link in [Link::Shared, Link::Static] {
         let text = told("examples_c/async_cancel.c", "async_cancel", link);
