@@ -78,15 +78,16 @@ class Loop:
         run([sys.executable, "-m", f"jostle_training.{module}", *parts], cwd=HERE)
 
     def timed(self, folder, name, product, text, work):
-        """Does what makes `product`, unless it is there, and notes how long it took."""
-        times = folder / "seconds.json"
+        """Does what makes `product`, unless it is there, and notes how many seconds of a processor it took."""
+        times = folder / "cpu-seconds.json"
         known = json.loads(times.read_text()) if times.exists() else {}
         if product.exists() and name in known:
             return known[name]
         self.say(text)
-        start = time.monotonic()
+        start = os.times()
         work()
-        known[name] = round(known.get(name, 0) + time.monotonic() - start, 1)
+        end = os.times()
+        known[name] = round(end.children_user + end.children_system - start.children_user - start.children_system, 1)
         write(times, json.dumps(known))
         return known[name]
 
@@ -178,7 +179,7 @@ class Loop:
         ppn = self.judged(folder / "ppn-alone.json", "ppn", None, network)
         manifest = json.loads((folder / "data" / "manifest.json").read_text())
         figures = json.loads((folder / "ppn.json").read_text())["metrics"]
-        return dict(round=number, seconds=took, data=dict(rows=sum(s["count"] for s in manifest["shards"]),
+        return dict(round=number, cpu_seconds=took, data=dict(rows=sum(s["count"] for s in manifest["shards"]),
                     searches=searches(manifest)), network=dict(sha256=sha256(network), **figures), more=more, ppn=ppn)
 
     def run(self):
@@ -291,7 +292,7 @@ def markdown(report):
             f"{found['more'][budget]['simulations_a_case']:.1f} pushes a case")
         lines.append(
             f"- round {found['round']}: {says}. Learned from {data['rows']} more states, {data['searches']['simulations']:.0f} "
-            f"simulated pushes each ({found['seconds']['data']:.0f} s), in {found['seconds']['training']:.0f} s; its first push "
+            f"simulated pushes each ({found['cpu_seconds']['data']:.0f} s of a processor), in {found['cpu_seconds']['training']:.0f} s; its first push "
             f"is among the three best of a search in {network['top1_in_best3'] * 100:.0f} % of {network['states']} states.")
     return "\n".join(lines) + "\n"
 
