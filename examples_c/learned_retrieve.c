@@ -22,19 +22,20 @@
         }                                                                                                              \
     } while (0)
 
-#define BODIES 7
+#define BODIES 9
 #define MOST_ACTIONS 15
 #define TOP 3
 
-/* The block to retrieve stands in a pack: no finger fits in. Metres and radians. */
+/* The block to retrieve is the middle one of a pack: no finger fits in, and few pushes free it. Metres and radians. */
 static const struct {
     const char *name, *block;
     jostle_pose2 pose;
 } table[BODIES] = {
-    {"target", "cube", {{0.500, 0.000}, 0.0}},    {"left", "cube", {{0.500, 0.047}, 0.0}},
-    {"right", "cube", {{0.500, -0.047}, 0.0}},    {"front", "rect", {{0.454, 0.000}, 0.0}},
-    {"back", "half_cube", {{0.535, 0.000}, 0.0}}, {"corner", "cube", {{0.548, 0.047}, 0.0}},
-    {"other", "cylinder", {{0.548, -0.047}, 0.0}},
+    {"target", "cube", {{0.500, 0.000}, 0.0}},       {"left", "cube", {{0.500, 0.047}, 0.0}},
+    {"right", "cube", {{0.500, -0.047}, 0.0}},       {"front", "rect", {{0.454, 0.023}, 0.0}},
+    {"back", "rect", {{0.546, -0.023}, 0.0}},        {"left corner", "cube", {{0.546, 0.047}, 0.0}},
+    {"right corner", "cube", {{0.454, -0.047}, 0.0}}, {"far left", "rect", {{0.500, 0.093}, 1.570796}},
+    {"far right", "rect", {{0.500, -0.093}, 1.570796}},
 };
 
 /* The first actions of a plan that were considered, the best first, each with the state expected after it. */
