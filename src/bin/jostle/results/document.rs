@@ -48,8 +48,8 @@ pub fn document(list: &List, states: &[State], plots: &str) -> String {
     for section in &list.sections {
         let rows: Vec<(&Row, &State)> = list.rows.iter().zip(states).filter(|(r, _)| r.section == section.id).collect();
         let _ = writeln!(out, "\n## {}\n", section.title);
-        for paragraph in &section.text {
-            let _ = writeln!(out, "{paragraph}\n");
+        if !section.text.is_empty() {
+            let _ = writeln!(out, "{}\n", section.text.join("\n"));
         }
         out.push_str(&table(list, section, &rows));
         out.push_str(&commands(list, &rows));
@@ -81,14 +81,14 @@ fn origins(states: &[State]) -> String {
     }
     let mut out = format!("{} of {} rows are measured:\n\n", groups.values().map(|g| g.0).sum::<usize>(), states.len());
     for (key, (rows, seconds)) in groups {
-        let _ = writeln!(out, "* {rows} rows: {key}; {:.0} minutes", (seconds / 60.0).max(1.0));
+        let _ = writeln!(out, "* {rows} rows: {key}; {:.0} min", (seconds / 60.0).max(1.0));
     }
     out
 }
 
 fn table(list: &List, section: &Section, rows: &[(&Row, &State)]) -> String {
     let published = |metric: &Metric| {
-        rows.iter().any(|(row, _)| row.published.iter().flat_map(|p| &p.values).any(|(key, _)| key == metric.key))
+        rows.iter().any(|(row, _)| row.published.iter().flat_map(|p| &p.values).any(|value| value.key == metric.key))
     };
     let any_published = rows.iter().any(|(row, _)| row.published.is_some());
     let gripper = rows.iter().any(|(_, state)| state.measured().is_some_and(|m| m.gripper.is_some()));
@@ -131,23 +131,14 @@ fn table(list: &List, section: &Section, rows: &[(&Row, &State)]) -> String {
             let ours = measured.and_then(|m| m.figure(metric.key));
             cells.push(ours.map(|figure| written(figure, metric.form)).unwrap_or_default());
             if published(metric) {
-                let values = row.published.iter().flat_map(|p| &p.values);
-                let value = values.filter(|(key, _)| key == metric.key).map(|(_, value)| *value).next();
-                cells.push(value.map(|value| published_text(value, metric.form)).unwrap_or_default());
+                let value = row.published.iter().flat_map(|p| &p.values).find(|value| value.key == metric.key);
+                let unit = if metric.form == Form::Share { " %" } else { "" };
+                cells.push(value.map(|value| format!("{}{unit}", value.text)).unwrap_or_default());
             }
         }
         let _ = writeln!(out, "| {} |", cells.join(" | "));
     }
     out
-}
-
-/// A published value, as it was published: shares are percentages there.
-fn published_text(value: f64, form: Form) -> String {
-    match form {
-        Form::Share => format!("{value} %"),
-        Form::Number(digits) if value.fract() != 0.0 => format!("{value:.digits$}"),
-        Form::Number(_) => format!("{value}"),
-    }
 }
 
 /// A text that cannot break a table.
@@ -199,8 +190,8 @@ pub fn chart(list: &List, plot: &Plot, states: &[State]) -> Option<Chart> {
         if let Some(figure) = state.measured().and_then(|m| m.figure(&plot.y)) {
             line.points.push((point.x, figure));
         }
-        let published = row.published.iter().flat_map(|p| &p.values).filter(|(key, _)| *key == plot.y);
-        line.published.extend(published.map(|(_, value)| (point.published_x.unwrap_or(point.x), *value)));
+        let published = row.published.iter().flat_map(|p| &p.values).filter(|value| value.key == plot.y);
+        line.published.extend(published.map(|p| (point.published_x.unwrap_or(point.x), p.value)));
     }
     for line in &mut series {
         line.points.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -18,7 +18,7 @@ pub struct Section {
     pub id: String,
     pub title: String,
     pub kind: Kind,
-    /// Paragraphs before the table.
+    /// Lines before the table; an empty one ends a paragraph.
     pub text: Vec<String>,
 }
 
@@ -79,8 +79,16 @@ pub struct Row {
 pub struct Published {
     /// The system's name there.
     pub of: String,
-    /// Values by the keys of the section's kind.
-    pub values: Vec<(String, f64)>,
+    pub values: Vec<PublishedValue>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct PublishedValue {
+    /// A key of the section's kind.
+    pub key: String,
+    pub value: f64,
+    /// With the decimals that were published.
+    pub text: String,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -153,8 +161,8 @@ impl List {
             if self.suite(&row.suite).is_none() {
                 return Err(format!("{}: there is no suite `{}`", place("suite"), row.suite));
             }
-            for (key, _) in row.published.iter().flat_map(|p| &p.values) {
-                section.kind.metric(key).map_err(|e| format!("{}: {e}", place("published")))?;
+            for value in row.published.iter().flat_map(|p| &p.values) {
+                section.kind.metric(&value.key).map_err(|e| format!("{}: {e}", place("published")))?;
             }
             if let Some(point) = &row.point {
                 let mut plots = self.plots.iter().filter(|plot| plot.section == row.section).peekable();
@@ -252,7 +260,7 @@ fn published(entries: Vec<Entry>) -> Result<Published, String> {
     for (key, value) in entries {
         match value {
             Value::Text(text) if key == "of" => of = Some(text),
-            Value::Number(number) if key != "of" => values.push((key, number)),
+            Value::Number(value, text) if key != "of" => values.push(PublishedValue { key, value, text }),
             other => return Err(format!("published.{key}: is {}", other.kind())),
         }
     }
@@ -264,8 +272,8 @@ fn point(entries: Vec<Entry>) -> Result<Point, String> {
     for (key, value) in entries {
         match (key.as_str(), value) {
             ("series", Value::Text(text)) => series = Some(text),
-            ("x", Value::Number(number)) => x = Some(number),
-            ("published_x", Value::Number(number)) => published_x = Some(number),
+            ("x", Value::Number(number, _)) => x = Some(number),
+            ("published_x", Value::Number(number, _)) => published_x = Some(number),
             ("series" | "x" | "published_x", other) => {
                 return Err(format!("point.{key}: is {}", other.kind()));
             }
@@ -340,7 +348,7 @@ impl Keys {
     fn optional_number(&mut self, key: &str) -> Result<Option<f64>, String> {
         match self.take(key) {
             None => Ok(None),
-            Some(Value::Number(number)) => Ok(Some(number)),
+            Some(Value::Number(number, _)) => Ok(Some(number)),
             Some(other) => Err(self.mistaken(key, &other, "a number")),
         }
     }

@@ -211,7 +211,10 @@ fn engines(kind: Kind, report: &Value) -> (String, String, Option<String>) {
         let preset = physics["preset"].as_str().unwrap_or_default();
         // A network's preset may be a file of the machine; its name tells enough.
         let preset = preset.rsplit('/').next().unwrap_or(preset);
-        format!("{} {preset}", physics["engine"].as_str().unwrap_or("?")).trim_end().to_string()
+        match physics["engine"].as_str().unwrap_or("?") {
+            engine if engine == preset || preset.is_empty() => engine.to_string(),
+            engine => format!("{engine} {preset}"),
+        }
     };
     let asked = match kind {
         Kind::Retrieval | Kind::RetrievalPerTrial => &report["configuration"],
@@ -232,9 +235,13 @@ pub fn written(figure: Figure, form: Form) -> String {
         Form::Share => (100.0, 1, " %"),
     };
     let value = format!("{:.digits$}", figure.value * scale);
+    let shows = |text: &str| text.chars().any(|c| c.is_ascii_digit() && c != '0');
+    if figure.value > 0.0 && !shows(&value) {
+        return format!("< {:.digits$}{unit}", 10f64.powi(-(digits as i32)));
+    }
     let value = if form == Form::Share && value == "100.0" { "100".into() } else { value };
     match figure.error.map(|error| format!("{:.digits$}", error * scale)) {
-        Some(error) if error.chars().any(|c| c.is_ascii_digit() && c != '0') => format!("{value} ± {error}{unit}"),
+        Some(error) if shows(&error) => format!("{value} ± {error}{unit}"),
         _ => format!("{value}{unit}"),
     }
 }
@@ -263,5 +270,7 @@ mod tests {
         assert_eq!(written(figure(0.9857, Some(0.0142)), Form::Share), "98.6 ± 1.4 %");
         assert_eq!(written(figure(1.0, Some(0.0)), Form::Share), "100 %");
         assert_eq!(written(figure(0.5, None), Form::Share), "50.0 %");
+        assert_eq!(written(figure(0.004, Some(0.1)), Form::Number(2)), "< 0.01");
+        assert_eq!(written(figure(0.0, Some(0.0)), Form::Number(2)), "0.00");
     }
 }

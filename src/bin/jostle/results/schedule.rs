@@ -91,7 +91,7 @@ pub fn run(
         let pace = taken / expected;
         let rest = waiting.iter().map(|job| job.expected_s * pace * job.threads.min(processors) as f64).sum::<f64>();
         let now = |r: &Running| (r.job.expected_s * pace - r.since.elapsed().as_secs_f64()).max(0.0);
-        let left_s = (rest + running.iter().map(now).sum::<f64>()) / processors as f64;
+        let left_s = (rest + running.iter().map(now).sum::<f64>()) / processors as f64 + 0.0;
         if let Err(error) = done(&ready.job, result.map(|()| seconds), Progress { done: finished, of, left_s }) {
             break Err(error);
         }

@@ -62,7 +62,7 @@ of = 22
 id = "hard"
 title = "Hard cases"
 kind = "retrieval"
-text = ["A paragraph."]
+text = ["A paragraph,", "in two lines."]
 [[plot]]
 id = "budgets"
 section = "hard"

@@ -5,7 +5,8 @@
 #[derive(Debug, Clone, PartialEq)]
 pub enum Value {
     Text(String),
-    Number(f64),
+    /// With its text, as figures are shown as they were published.
+    Number(f64, String),
     Flag(bool),
     List(Vec<Value>),
     Table(Vec<Entry>),
@@ -16,7 +17,7 @@ impl Value {
     pub fn kind(&self) -> &'static str {
         match self {
             Value::Text(_) => "a text",
-            Value::Number(_) => "a number",
+            Value::Number(..) => "a number",
             Value::Flag(_) => "true or false",
             Value::List(_) => "an array",
             Value::Table(_) => "a table",
@@ -188,7 +189,7 @@ impl Reader<'_> {
             "true" => Ok(Value::Flag(true)),
             "false" => Ok(Value::Flag(false)),
             word => match word.replace('_', "").parse::<f64>() {
-                Ok(number) if number.is_finite() => Ok(Value::Number(number)),
+                Ok(number) if number.is_finite() => Ok(Value::Number(number, word.to_string())),
                 _ => Err(self.wrong(&format!("`{word}` is no text in quotes, number, true, false, array or table"))),
             },
         }
@@ -228,18 +229,19 @@ mod tests {
     #[test]
     fn tables_keys_and_every_kind_of_value_are_read() {
         let text = "# a comment\n[[row]]\nid = \"a \\\"b\\\" # no comment\" # one\ntrials = 1_000\nx = -2.5e-1\nlog = true\n\
-                    text = [\n  \"one\", # here too\n  \"two\",\n]\npublished = { actions = 2, of = \"X\" }\n\n[[plot]]\n";
+                    text = [\n  \"one\", # here too\n  \"two\",\n]\npublished = { actions = 2.00, of = \"X\" }\n\n[[plot]]\n";
         let tables = parse(text).unwrap();
         assert_eq!(tables.len(), 2);
         assert_eq!((tables[0].name.as_str(), tables[0].line, tables[1].line), ("row", 2, 13));
         let text = |text: &str| Value::Text(text.into());
+        let number = |number, text: &str| Value::Number(number, text.into());
         let expected = [
             ("id", text("a \"b\" # no comment")),
-            ("trials", Value::Number(1000.0)),
-            ("x", Value::Number(-0.25)),
+            ("trials", number(1000.0, "1_000")),
+            ("x", number(-0.25, "-2.5e-1")),
             ("log", Value::Flag(true)),
             ("text", Value::List(vec![text("one"), text("two")])),
-            ("published", Value::Table(vec![("actions".into(), Value::Number(2.0)), ("of".into(), text("X"))])),
+            ("published", Value::Table(vec![("actions".into(), number(2.0, "2.00")), ("of".into(), text("X"))])),
         ];
         assert_eq!(tables[0].entries, expected.map(|(key, value)| (key.to_string(), value)));
     }
