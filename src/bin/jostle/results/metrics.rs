@@ -40,7 +40,7 @@ const RETRIEVAL: &[Metric] = &[
     metric("actions", "actions", Form::Number(2)),
     metric("completed", "completed", Form::Share),
     metric("grasps", "grasps held", Form::Share),
-    metric("planning", "s a case", Form::Number(2)),
+    metric("planning", "planning, s a case", Form::Number(2)),
     metric("decision", "decision, median ms", Form::Number(0)),
     metric("p99", "p99 ms", Form::Number(0)),
     metric("simulated", "pushes simulated a case", Form::Number(0)),
@@ -52,7 +52,7 @@ const CLEARING: &[Metric] = &[
     metric("grasps", "grasp success", Form::Share),
     metric("efficiency", "efficiency", Form::Share),
     metric("pushes", "pushes a table", Form::Number(2)),
-    metric("planning", "s a table", Form::Number(2)),
+    metric("planning", "planning, s a table", Form::Number(2)),
     metric("p99", "decision, p99 ms", Form::Number(0)),
 ];
 
@@ -61,7 +61,7 @@ const REARRANGEMENT: &[Metric] = &[
     metric("actions", "actions", Form::Number(2)),
     metric("of_completed", "of completed trials", Form::Number(2)),
     metric("robot", "robot s", Form::Number(1)),
-    metric("planning", "planning s a case", Form::Number(1)),
+    metric("planning", "planning, s a case", Form::Number(1)),
     metric("iterations", "iterations a decision", Form::Number(0)),
 ];
 

@@ -272,7 +272,8 @@ mod tests {
             assert_eq!((svg.matches("<circle").count(), svg.matches("<polygon").count()), (5, 2), "{svg}");
             assert!(!svg.contains("NaN") && !svg.contains("inf"));
             let number = |text: &str, key: &str| -> Vec<f64> {
-                let quoted = text.split(&format!("{key}=\"")).skip(1);
+                let key = format!("{key}=\"");
+                let quoted = text.split(&key).skip(1);
                 quoted.map(|rest| rest.split('"').next().unwrap().parse().unwrap()).collect()
             };
             let (xs, ys) = (number(&svg, "cx"), number(&svg, "cy"));

@@ -81,7 +81,7 @@ label = "`mcts`, 10 iterations"
 published = { of = "MCTS-10", actions = 3.19, grasps = 99.1 }
 point = { series = "mcts", x = 10 }
 [[row]]
-id = "none"
+id = "unknown"
 section = "hard"
 suite = "hard"
 planner = "no_such"
@@ -202,7 +202,7 @@ fn mistakes_in_a_list_name_the_row_and_the_key() {
         ("trials = 2", "tirals = 2", "row `mcts-10`: tirals: is not known"),
         ("planner = \"mcts\"\n", "", "row `mcts-10`: planner: is missing"),
         ("id = \"mcts-10\"\n", "", "row in line 17: id: is missing"),
-        ("id = \"later\"", "id = \"none\"", "row `none`: id: is given twice"),
+        ("id = \"later\"", "id = \"unknown\"", "row `unknown`: id: is given twice"),
         (
             "suite = \"hard\"\nplanner = \"mcts\"",
             "suite = \"soft\"\nplanner = \"mcts\"",
