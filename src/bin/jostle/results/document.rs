@@ -12,7 +12,7 @@ use super::store::Origin;
 #[derive(Debug, Clone)]
 pub enum State {
     /// Measured, with so many trials of each case.
-    Done { measured: Measured, origin: Origin, trials: u64 },
+    Done { measured: Measured, origin: Box<Origin>, trials: u64 },
     /// It cannot be measured here, and why.
     Missing(String),
     /// It was not measured yet.

@@ -155,7 +155,7 @@ impl<'a> Session<'a> {
 
     fn state(&self, wanted: &Wanted, kept: Kept) -> Result<State, String> {
         let measured = Measured::read(self.kind(self.row(wanted)), &kept.report)?;
-        Ok(State::Done { measured, origin: kept.origin, trials: wanted.trials })
+        Ok(State::Done { measured, origin: Box::new(kept.origin), trials: wanted.trials })
     }
 
     /// The rows that are to be run, each command once: those that keep several processors busy first, then the longest.

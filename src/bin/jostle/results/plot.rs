@@ -113,7 +113,10 @@ impl Chart {
             let [px, py] = place(*at, figure.value);
             let _ = write!(path, "{}{} {}", if i == 0 { "M" } else { " L" }, short(px), short(py));
             if let Some(error) = figure.error {
-                let (low, high) = (place(*at, figure.value - error), place(*at, figure.value + error));
+                // No share is above all or below nothing.
+                let most = if self.form == Form::Share { 1.0 } else { f64::INFINITY };
+                let low = place(*at, (figure.value - error).max(0.0));
+                let high = place(*at, (figure.value + error).min(most));
                 line(svg, low, high, &format!("stroke=\"{colour}\" stroke-width=\"1.5\""));
             }
         }
@@ -154,7 +157,7 @@ impl Chart {
         let scale = self.scale();
         let ours = self.series.iter().flat_map(|s| &s.points).flat_map(|(_, figure)| {
             let error = figure.error.unwrap_or(0.0);
-            [(figure.value - error) * scale, (figure.value + error) * scale]
+            [(figure.value - error).max(0.0) * scale, (figure.value + error) * scale]
         });
         let published = self.series.iter().flat_map(|s| s.published.iter().map(|(_, y)| *y));
         let (low, high) =
@@ -167,7 +170,7 @@ impl Chart {
 
     /// Round values upwards, and their decimals.
     fn y_ticks(&self, y: &Axis) -> (Vec<f64>, usize) {
-        let rough = (y.to - y.from) / 5.0;
+        let rough = (y.to - y.from) / 7.0;
         let power = 10f64.powf(rough.log10().floor());
         let step = [1.0, 2.0, 5.0, 10.0].into_iter().map(|f| f * power).find(|step| *step >= rough).unwrap_or(rough);
         let digits = (-step.log10().floor()).clamp(0.0, 4.0) as usize;

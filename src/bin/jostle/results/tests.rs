@@ -123,7 +123,7 @@ fn states() -> Vec<State> {
     };
     let measured = Measured::read(Kind::Retrieval, &report()).unwrap();
     let refused = "not available: planner: no planner is named `no_such`";
-    vec![State::Done { measured, origin, trials: 2 }, State::Missing(refused.into()), State::NotRun]
+    vec![State::Done { measured, origin: Box::new(origin), trials: 2 }, State::Missing(refused.into()), State::NotRun]
 }
 
 /// `UPDATE_GOLDEN=1` writes tests/golden/results.md anew.
