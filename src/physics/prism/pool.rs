@@ -2,14 +2,14 @@
 
 use super::Prism;
 use super::model::Real;
-use super::wide::Sweep;
+use super::wide::{Idles, Sweep};
 use super::world::World;
 use crate::physics::lanes::InstructionSet;
 use crate::physics::transition::{PushJob, PushResult, PushStatus};
 use crate::run::Stop;
 
 /// Worlds of a pool: some more than lanes, to even out the lengths of their lists; still more fall out of the cache.
-pub const WORLDS: usize = 12;
+pub const WORLDS: usize = 24;
 /// With fewer worlds than this each is swept by itself.
 const FEW: usize = 2;
 
@@ -19,11 +19,12 @@ pub struct Pool {
     /// The job of each world; none for a world at rest.
     jobs: Vec<Option<usize>>,
     set: InstructionSet,
+    idle: Box<Idles>,
 }
 
 impl Default for Pool {
     fn default() -> Self {
-        Self { worlds: Vec::new(), jobs: Vec::new(), set: InstructionSet::best() }
+        Self { worlds: Vec::new(), jobs: Vec::new(), set: InstructionSet::best(), idle: Box::default() }
     }
 }
 
@@ -88,7 +89,7 @@ impl Pool {
             if solving < FEW {
                 self.worlds.iter_mut().filter(|w| w.rows.solving).for_each(|w| w.rows.sweep());
             } else {
-                self.set.with(Sweep { worlds: &mut self.worlds });
+                self.set.with(Sweep { worlds: &mut self.worlds, idle: &mut self.idle, solving });
             }
             for world in self.worlds.iter_mut().filter(|w| w.rows.solving) {
                 world.rows.end_sweep(settings.iterations, tolerance);

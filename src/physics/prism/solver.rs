@@ -53,11 +53,11 @@ impl Motion<f32> {
         [xx * t[0] + xy * t[1], xy * t[0] + yy * t[1], zz * t[2]]
     }
 
-    /// Velocity along `d` for a unit impulse along `d` with this moment.
+    /// Turning about a horizontal axis for a unit torque about it, times the axis' length squared.
     #[inline(always)]
-    fn mobility(&self, moment: [Real; 3]) -> Real {
-        let dw = self.response(moment);
-        self.v[3] + moment[0] * dw[0] + moment[1] * dw[1] + moment[2] * dw[2]
+    fn tilting(&self, x: Real, y: Real) -> Real {
+        let [xx, xy, yy, _] = self.i;
+        x * x * xx + 2.0 * (x * y) * xy + y * y * yy
     }
 
     #[inline(always)]
@@ -101,9 +101,10 @@ impl Rows {
     pub fn add_ground(&mut self, body: usize, arm: [Real; 3], target: Real, rub: Rubbing, impulse: [Real; 3]) {
         let m = &self.motion[body];
         let [x, y, z] = arm;
-        let turn = m.response([y, -x, 0.0]);
-        let up = m.v[3] + y * turn[0] - x * turn[1];
-        let sides = [m.mobility([0.0, z, -y]), m.mobility([-z, 0.0, x])].map(inverse);
+        let [xx, xy, yy, zz] = m.i;
+        let turn = [xx * y - xy * x, xy * y - yy * x];
+        let up = m.v[3] + (y * turn[0] - x * turn[1]);
+        let sides = [m.v[3] + (z * z * yy + y * y * zz), m.v[3] + (z * z * xx + x * x * zz)].map(inverse);
         self.ground.push(GroundRow {
             arm: [x, y, z, target],
             lift: [turn[0], turn[1], inverse(up), up],
@@ -137,14 +138,23 @@ impl Rows {
     ) {
         let [nx, ny] = normal;
         let [a, b] = bodies.map(|i| &self.motion[i]);
-        let axes = [[nx, ny, 0.0], [-ny, nx, 0.0], [0.0, 0.0, 1.0]];
-        let mobility = axes.map(|d| a.mobility(cross(arm[0], d)) + b.mobility(cross(arm[1], d)));
-        let [moment_a, moment_b] = arm.map(|r| cross(r, axes[0]));
+        // Moments of unit impulses along the normal, across it and up, and the turning that they give.
+        let moments = arm.map(|[x, y, z]| {
+            [[-z * ny, z * nx, x * ny - y * nx], [-z * nx, -z * ny, x * nx + y * ny], [y, -x, 0.0]]
+        });
+        let [moment_a, moment_b] = moments.map(|m| m[0]);
         let (turn_a, turn_b) = (a.response(moment_a), b.response(moment_b));
-        let turning = |d: [Real; 3]| -> Real {
-            let (da, db) = (a.response(d), b.response(d));
-            inverse((0..3).map(|k| d[k] * (da[k] + db[k])).sum())
-        };
+        let dot = |p: [Real; 3], q: [Real; 3]| p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
+        let masses = a.v[3] + b.v[3];
+        let [_, across_a, up_a] = moments[0];
+        let [_, across_b, up_b] = moments[1];
+        let mobility = [
+            masses + (dot(moment_a, turn_a) + dot(moment_b, turn_b)),
+            masses + (dot(across_a, a.response(across_a)) + dot(across_b, b.response(across_b))),
+            masses + (a.tilting(up_a[0], up_a[1]) + b.tilting(up_b[0], up_b[1])),
+        ];
+        let i_spin = inverse(a.tilting(nx, ny) + b.tilting(nx, ny));
+        let i_across = inverse(a.tilting(-ny, nx) + b.tilting(-ny, nx));
         let join = |v: [Real; 3], x: Real| [v[0], v[1], v[2], x];
         self.bodies.push(BodyRow {
             normal: [nx, ny, rub.friction, rub.rolling],
@@ -154,8 +164,8 @@ impl Rows {
             turn_b: join(turn_b, 0.0),
             impulse: join(impulse, 0.0),
             roll: [0.0, 0.0, inverse(mobility[1]), inverse(mobility[2])],
-            arm_a: join(arm[0], turning(axes[0])),
-            arm_b: join(arm[1], turning(axes[1])),
+            arm_a: join(arm[0], i_spin),
+            arm_b: join(arm[1], i_across),
         });
         self.body_pair.push(bodies.map(|i| i as u32));
     }

@@ -10,9 +10,9 @@ use crate::action::Push;
 use crate::geom::{Pose2, Vec2};
 use crate::scene::{Mask, State};
 
-/// Pairs nearer than this (beyond the reach of contacts) are looked at every step; the list is made anew when bodies
-/// have moved by half of it. Metres.
-const SKIN: Real = 0.006;
+/// Pairs nearer than this (beyond the reach of contacts) are listed; the list is made anew when bodies have moved by half
+/// of it. Metres.
+const SKIN: Real = 0.012;
 /// The world is this far beyond any reach of contacts, metres: a tall body's lean.
 const LEAN: Real = 0.003;
 
@@ -41,6 +41,8 @@ struct Pair {
     rolling: Real,
     /// See [`touch`].
     axes: Axes,
+    /// The pieces cannot meet before bodies have moved this far; see `World::way`.
+    apart_until: Real,
     manifold: Manifold<BodyPoint>,
 }
 
@@ -63,11 +65,10 @@ struct Bounds {
 
 impl Bounds {
     #[inline]
-    fn apart(&self, other: &Bounds, reach: Real) -> bool {
-        self.low[0] > other.high[0] + reach
-            || other.low[0] > self.high[0] + reach
-            || self.low[1] > other.high[1] + reach
-            || other.low[1] > self.high[1] + reach
+    fn gap(&self, other: &Bounds) -> Real {
+        let x = (self.low[0] - other.high[0]).max(other.low[0] - self.high[0]);
+        let y = (self.low[1] - other.high[1]).max(other.low[1] - self.high[1]);
+        x.max(y)
     }
 }
 
@@ -90,8 +91,9 @@ pub struct World {
     pairs_before: Vec<Pair>,
     active_pairs: Vec<Active>,
     active_ground: Vec<Active>,
-    /// Greatest way that a body can have moved since the list of pairs was made.
-    moved: Real,
+    /// Greatest way that a point of a body can have moved since the beginning, and when the list of pairs was made.
+    way: Real,
+    way_at_list: Real,
     tip_is_down: bool,
     phase: Phase,
     touched: Mask,
@@ -122,6 +124,7 @@ impl World {
         self.ground.resize(model.pieces.len(), Manifold::default());
         self.ground.iter_mut().for_each(Manifold::clear);
         self.pairs.clear();
+        self.way = 0.0;
         self.touched = Mask::EMPTY;
         self.toppled = Mask::EMPTY;
         (self.steps, self.sweeps) = (0, 0);
@@ -202,7 +205,7 @@ impl World {
     fn list_pairs(&mut self, model: &Model, settings: &PrismSettings) {
         std::mem::swap(&mut self.pairs, &mut self.pairs_before);
         self.pairs.clear();
-        self.moved = 0.0;
+        self.way_at_list = self.way;
         let tip = model.tip();
         let mut known = 0;
         let count = self.present.len();
@@ -238,7 +241,7 @@ impl World {
                 let (shape_a, shape_b) = (&model.pieces[p as usize], &model.pieces[q as usize]);
                 let threshold = settings.body_breaking as Real * shape_a.motion_disc.min(shape_b.motion_disc);
                 let reach = shape_a.round + shape_b.round + threshold + SKIN + LEAN;
-                if self.bounds[p as usize].apart(&self.bounds[q as usize], reach) {
+                if self.bounds[p as usize].gap(&self.bounds[q as usize]) > reach {
                     continue;
                 }
                 let key = if rank == 0 { u64::from(q) } else { (u64::from(p) + 1) << 32 | u64::from(q) };
@@ -258,6 +261,7 @@ impl World {
                     friction: body_a.friction * body_b.friction,
                     rolling: body_a.friction * body_b.rolling + body_b.friction * body_a.rolling,
                     axes: [0; 2],
+                    apart_until: 0.0,
                     manifold: Manifold::default(),
                 });
             }
@@ -269,7 +273,7 @@ impl World {
         for k in 0..self.pairs.len() {
             let mut pair = self.pairs[k];
             let [a, b] = pair.pieces.map(|p| &model.pieces[p as usize]);
-            if let Some(found) = self.nearest(model, &mut pair, a.round + b.round) {
+            if let Ok(found) = self.nearest(model, &mut pair, a.round + b.round) {
                 let overlap = a.round + b.round - found.gap;
                 let borders = a.border + b.border;
                 self.pairs[k].slack = (overlap - settings.border_overlap as Real).clamp(0.0, borders);
@@ -277,11 +281,13 @@ impl World {
         }
     }
 
+    /// See [`touch`].
     #[inline]
-    fn nearest(&self, model: &Model, pair: &mut Pair, reach: Real) -> Option<Touch> {
+    fn nearest(&self, model: &Model, pair: &mut Pair, reach: Real) -> Result<Touch, Real> {
         let [p, q] = pair.pieces.map(|p| p as usize);
-        if self.bounds[p].apart(&self.bounds[q], reach) {
-            return None;
+        let gap = self.bounds[p].gap(&self.bounds[q]);
+        if gap > reach {
+            return Err(gap);
         }
         let (a, b) = (&model.pieces[p], &model.pieces[q]);
         touch(self.outline_of(a, p), self.outline_of(b, q), reach, &mut pair.axes)
@@ -302,7 +308,7 @@ impl World {
         if self.phase == Phase::Done {
             return false;
         }
-        if 2.0 * self.moved > SKIN {
+        if 2.0 * (self.way - self.way_at_list) > SKIN {
             self.list_pairs(model, settings);
         }
         self.find_contacts(model, settings);
@@ -375,7 +381,7 @@ impl World {
         let mut pairs = std::mem::take(&mut self.pairs);
         for pair in &mut pairs {
             let [a, b] = pair.bodies.map(|i| i as usize);
-            if !(self.awake[a] || self.awake[b]) {
+            if !(self.awake[a] || self.awake[b]) || self.way < pair.apart_until {
                 continue;
             }
             let shapes = pair.pieces.map(|p| &model.pieces[p as usize]);
@@ -384,7 +390,8 @@ impl World {
             let round = shapes[0].round + shapes[1].round;
             let lean = lean(&pose_a, heights) + lean(&pose_b, heights);
             let reach = pair.threshold + round - pair.slack + lean;
-            if let Some(found) = self.nearest(model, pair, reach) {
+            let found = self.nearest(model, pair, reach);
+            if let Ok(found) = found {
                 let (gap, height) = heights
                     .into_iter()
                     .map(|h| {
@@ -400,6 +407,12 @@ impl World {
                 }
             }
             pair.manifold.refresh(&pose_a, &pose_b, pair.slack, pair.threshold);
+            if let Err(gap) = found
+                && pair.manifold.points().is_empty()
+            {
+                // Both may move, and lean.
+                pair.apart_until = self.way + 0.5 * (gap - reach - (LEAN - lean).max(0.0));
+            }
         }
         self.pairs = pairs;
         let border = settings.border as Real;
@@ -598,7 +611,7 @@ impl World {
             fastest = fastest.max(speed);
             self.outline(model, i);
         }
-        self.moved += fastest * dt;
+        self.way += fastest * dt;
     }
 }
 
