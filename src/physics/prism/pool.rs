@@ -2,7 +2,8 @@
 
 use super::Prism;
 use super::model::Real;
-use super::wide::{Idles, Sweep};
+use super::solver::Solve;
+use super::wide::Sweep;
 use super::world::World;
 use crate::physics::lanes::InstructionSet;
 use crate::physics::transition::{PushJob, PushResult, PushStatus};
@@ -19,12 +20,11 @@ pub struct Pool {
     /// The job of each world; none for a world at rest.
     jobs: Vec<Option<usize>>,
     set: InstructionSet,
-    idle: Box<Idles>,
 }
 
 impl Default for Pool {
     fn default() -> Self {
-        Self { worlds: Vec::new(), jobs: Vec::new(), set: InstructionSet::best(), idle: Box::default() }
+        Self { worlds: Vec::new(), jobs: Vec::new(), set: InstructionSet::best() }
     }
 }
 
@@ -37,7 +37,9 @@ impl Pool {
     /// Runs all jobs. Which jobs share the pool does not show in a result.
     pub fn run(&mut self, engine: &Prism, jobs: &[PushJob<'_>], results: &mut [PushResult], stop: &Stop) {
         let count = jobs.len().min(results.len());
-        let wanted = count.min(WORLDS);
+        let env = |n: &str, d: usize| std::env::var(n).ok().and_then(|x| x.parse().ok()).unwrap_or(d);
+        let (worlds, few) = (env("WORLDS", WORLDS), env("FEW", FEW));
+        let wanted = count.min(worlds);
         if self.worlds.len() < wanted {
             self.worlds.resize_with(wanted, World::default);
         }
@@ -86,13 +88,16 @@ impl Pool {
             if solving == 0 {
                 return;
             }
-            if solving < FEW {
-                self.worlds.iter_mut().filter(|w| w.rows.solving).for_each(|w| w.rows.sweep());
+            if solving < few {
+                for world in self.worlds.iter_mut().filter(|w| w.rows.solving) {
+                    self.set.with(Solve { rows: &mut world.rows, tolerance });
+                }
+                continue;
             } else {
-                self.set.with(Sweep { worlds: &mut self.worlds, idle: &mut self.idle, solving });
+                self.set.with(Sweep { worlds: &mut self.worlds });
             }
             for world in self.worlds.iter_mut().filter(|w| w.rows.solving) {
-                world.rows.end_sweep(settings.iterations, tolerance);
+                world.rows.end_sweep(tolerance);
             }
         }
     }

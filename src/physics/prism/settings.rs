@@ -58,6 +58,17 @@ pub struct PrismSettings {
     pub settle_time: f64,
     /// A body slower than this has come to rest, m/s (and rad/s times 0.03 m).
     pub settle_speed: f64,
+    /// A body sleeps again that was as slow as that for so many steps while no other pressed it; 0: never.
+    pub rest_steps: usize,
+    /// A step is made as two of half its length while no more than this many bodies are awake ...
+    pub halved_awake: usize,
+    /// ... and for so many steps after a body woke.
+    pub halved_after_wake: usize,
+    /// `body_breaking`, `ground_breaking`, `correction` and `iterations` of half a step.
+    pub half_body_breaking: f64,
+    pub half_ground_breaking: f64,
+    pub half_correction: f64,
+    pub half_iterations: usize,
     /// A body that leans more than this (radians, about either axis) would topple: the push ends there and says so.
     pub topple_tilt: f64,
     /// The tip may overlap a body by this where it comes down; deeper is a landing on the body, metres.
@@ -99,6 +110,13 @@ impl PrismSettings {
             gravity: 9.8,
             settle_time: 200.0 / 240.0,
             settle_speed: 0.02,
+            rest_steps: 0,
+            halved_awake: 0,
+            halved_after_wake: 0,
+            half_body_breaking: 0.02,
+            half_ground_breaking: 0.03,
+            half_correction: 0.08,
+            half_iterations: 6,
             topple_tilt: 0.1,
             landing_tolerance: 0.0005,
         }
@@ -153,6 +171,7 @@ impl PrismSettings {
         check_range("physics.gravity", self.gravity, 0.1..=1000.0)?;
         check_range("physics.settle_time", self.settle_time, 0.0..=60.0)?;
         check_positive("physics.settle_speed", self.settle_speed)?;
+        check_range("physics.rest_steps", self.rest_steps as f64, 0.0..=1e6)?;
         check_range("physics.topple_tilt", self.topple_tilt, 0.01..=0.3)?;
         check_range("physics.landing_tolerance", self.landing_tolerance, 0.0..=0.05)
     }

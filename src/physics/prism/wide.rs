@@ -1,28 +1,24 @@
-//! Sweeps of many worlds at once: eight or sixteen contacts side by side, each of another world.
+//! Eight contacts side by side: of eight bodies of a world with the ground, or of bodies in eight worlds.
 //!
-//! A sweep has four parts (normal impulses of bodies and of the ground, then friction of both). In each part a lane walks
-//! through one world's rows in that world's order; when it has come to the end it takes the next world, so that lanes do
-//! not wait for the longest list. The arithmetic is [`kernel`]'s, and worlds share nothing: a world gets the same bits
-//! here as in `Rows::sweep`.
+//! A sweep has four parts (normal impulses of bodies and of the ground, then friction of both). In the parts of bodies a
+//! lane walks through one world's rows in that world's order; when it has come to the end it takes the next world, so that
+//! lanes do not wait for the longest list. The parts of the ground are wide within each world. The arithmetic is
+//! [`kernel`]'s, and worlds share nothing: a world gets the same bits here as in `Rows::sweep`.
 
 use std::ops::{Add, Div, Mul, Sub};
 
 use super::kernel::{self, BodyRow, Four, GroundRow, Motion, Number};
-use super::solver::Rows;
 use super::world::World;
 use crate::physics::lanes::simd::WithSimd;
-use crate::physics::lanes::{Group, LANES, Numbers, Simd8};
+use crate::physics::lanes::{LANES, Simd8};
 
-/// The most worlds that are swept side by side.
-const MOST: usize = 2 * LANES;
-
-/// Numbers with the instruction set that works on them.
+/// Eight numbers with the instruction set that works on them.
 #[derive(Clone, Copy)]
-struct Wide<S: Numbers>(S, S::F);
+pub struct Wide<S: Simd8>(S, S::F);
 
 macro_rules! operator {
     ($name:ident, $method:ident) => {
-        impl<S: Numbers> $name for Wide<S> {
+        impl<S: Simd8> $name for Wide<S> {
             type Output = Self;
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
@@ -36,7 +32,7 @@ operator!(Sub, sub);
 operator!(Mul, mul);
 operator!(Div, div);
 
-impl<S: Numbers> Number for Wide<S> {
+impl<S: Simd8> Number for Wide<S> {
     #[inline(always)]
     fn constant(self, x: f32) -> Self {
         Wide(self.0, self.0.splat(x))
@@ -63,10 +59,103 @@ impl<S: Numbers> Number for Wide<S> {
     }
 }
 
+/// A group of four of each of eight places, written out: closures that go through the standard library's array
+/// functions are not always inlined.
+macro_rules! load {
+    ($s:expr, $places:expr, $($field:tt)+) => {{
+        let [p0, p1, p2, p3, p4, p5, p6, p7] = &$places;
+        let [a, b, c, d] = $s.columns([
+            p0.$($field)+, p1.$($field)+, p2.$($field)+, p3.$($field)+,
+            p4.$($field)+, p5.$($field)+, p6.$($field)+, p7.$($field)+,
+        ]);
+        [Wide($s, a), Wide($s, b), Wide($s, c), Wide($s, d)]
+    }};
+}
+
+/// Eight numbers of a block.
+type Column = [f32; LANES];
+
+#[inline(always)]
+fn column<S: Simd8>(s: S, column: &Column) -> Wide<S> {
+    Wide(s, s.load(column))
+}
+
+#[inline(always)]
+fn columns<S: Simd8>(s: S, four: &Four<Column>) -> Four<Wide<S>> {
+    let [a, b, c, d] = four;
+    [column(s, a), column(s, b), column(s, c), column(s, d)]
+}
+
+#[inline(always)]
+pub fn zero<S: Simd8>(s: S) -> Wide<S> {
+    Wide(s, s.splat(0.0))
+}
+
+#[inline(always)]
+pub fn greatest<S: Simd8>(x: Wide<S>) -> f32 {
+    x.0.store(x.1).into_iter().fold(0.0, f32::max)
+}
+
+/// Eight bodies of a world.
+#[inline(always)]
+pub fn load_bodies<S: Simd8>(s: S, motion: &[Motion<f32>], bodies: &[u32; LANES]) -> Motion<Wide<S>> {
+    let [a, b, c, d, e, f, g, h] = bodies;
+    let at = [a, b, c, d, e, f, g, h].map(
+        #[inline(always)]
+        |i| &motion[*i as usize],
+    );
+    Motion { v: load!(s, at, v), w: load!(s, at, w), i: load!(s, at, i) }
+}
+
+/// Puts their velocities back.
+#[inline(always)]
+pub fn store_bodies<S: Simd8>(s: S, motion: &mut [Motion<f32>], bodies: &[u32; LANES], from: Motion<Wide<S>>) {
+    let ([a, b, c, d], [e, f, g, h]) = (from.v, from.w);
+    let (v, w) = (s.rows([a.1, b.1, c.1, d.1]), s.rows([e.1, f.1, g.1, h.1]));
+    for ((&body, v), w) in bodies.iter().zip(v).zip(w) {
+        let motion = &mut motion[body as usize];
+        (motion.v, motion.w) = (v, w);
+    }
+}
+
+/// Normal impulses of eight contacts with the ground. Gives the changes of velocity.
+#[inline(always)]
+pub fn ground_normal<S: Simd8>(s: S, block: &mut GroundRow<Column>, body: &mut Motion<Wide<S>>) -> Wide<S> {
+    let mut row = GroundRow {
+        arm: columns(s, &block.arm),
+        lift: columns(s, &block.lift),
+        impulse: [column(s, &block.impulse[0]), zero(s), zero(s), zero(s)],
+        roll: [zero(s); 4],
+        mass: [zero(s); 4],
+    };
+    let change = kernel::ground_normal(&mut row, body);
+    block.impulse[0] = s.store(row.impulse[0].1);
+    change
+}
+
+/// Friction, spinning and rolling of eight contacts with the ground.
+#[inline(always)]
+pub fn ground_friction<S: Simd8>(s: S, block: &mut GroundRow<Column>, body: &mut Motion<Wide<S>>) {
+    let mut row = GroundRow {
+        arm: columns(s, &block.arm),
+        lift: [zero(s); 4],
+        impulse: columns(s, &block.impulse),
+        roll: columns(s, &block.roll),
+        mass: columns(s, &block.mass),
+    };
+    kernel::ground_friction(&mut row, body);
+    for k in 1..4 {
+        block.impulse[k] = s.store(row.impulse[k].1);
+    }
+    for k in 0..2 {
+        block.roll[k] = s.store(row.roll[k].1);
+    }
+}
+
 /// One world's place in a part of the sweep.
 struct Walk<'a, R> {
     rows: &'a mut [R],
-    /// The bodies of each row; the ground's rows have one.
+    /// The bodies of each row.
     bodies: &'a [[u32; 2]],
     motion: &'a mut [Motion<f32>],
     change: &'a mut f32,
@@ -97,12 +186,38 @@ impl<'a, R> Walk<'a, R> {
         }
     }
 
-    /// The first body of the row at which it is, and the second.
+    /// The row at which it is, and its two bodies.
     #[inline(always)]
-    fn pair(&self) -> [usize; 2] {
+    fn pair(&mut self) -> (&mut R, &mut Motion<f32>, &mut Motion<f32>) {
         let [a, b] = self.bodies[self.at];
-        [a as usize, b as usize]
+        let (low, high) = (a.min(b) as usize, a.max(b) as usize);
+        let (lower, upper) = self.motion.split_at_mut(high);
+        let (first, second) = (&mut lower[low], &mut upper[0]);
+        let row = &mut self.rows[self.at];
+        if a < b { (row, first, second) } else { (row, second, first) }
     }
+}
+
+macro_rules! store {
+    ($s:expr, $places:expr, $four:expr, $($field:tt)+) => {{
+        let [a, b, c, d] = $four;
+        let rows = $s.rows([a.1, b.1, c.1, d.1]);
+        for (place, row) in $places.iter_mut().zip(rows) {
+            place.$($field)+ = row;
+        }
+    }};
+}
+
+macro_rules! places {
+    ($walks:expr, $method:ident) => {{
+        let [w0, w1, w2, w3, w4, w5, w6, w7] = $walks;
+        [w0.$method(), w1.$method(), w2.$method(), w3.$method(), w4.$method(), w5.$method(), w6.$method(), w7.$method()]
+    }};
+}
+
+#[inline(always)]
+fn zeros<S: Simd8>(s: S) -> Four<Wide<S>> {
+    [Wide(s, s.splat(0.0)); 4]
 }
 
 /// Rows and bodies of nobody, for a lane that has nothing to do.
@@ -116,104 +231,93 @@ const NOBODY: &[[u32; 2]] = &[[0, 1]];
 
 impl<R: Copy + Default> Idle<R> {
     fn new() -> Self {
-        // An inertia keeps divisions finite.
-        let motion = Motion { i: [1.0; 4], ..Motion::default() };
-        Idle { rows: [R::default()], motion: [motion; 2], change: 0.0 }
+        Idle { rows: [R::default()], motion: [Motion::default(); 2], change: 0.0 }
     }
 
-    #[inline(always)]
     fn walk(&mut self) -> Walk<'_, R> {
         let walk = Walk::new(&mut self.rows, NOBODY, &mut self.motion, &mut self.change, false);
         Walk { left: usize::MAX, step: 0, ..walk }
     }
 }
 
-/// What idle lanes work on.
-pub struct Idles {
-    bodies: [Idle<BodyRow<f32>>; MOST],
-    ground: [Idle<GroundRow<f32>>; MOST],
-}
-
-impl Default for Idles {
-    fn default() -> Self {
-        Self { bodies: std::array::from_fn(|_| Idle::new()), ground: std::array::from_fn(|_| Idle::new()) }
-    }
-}
-
 /// Walks all worlds through one part of the sweep. `tick` works on one row of every lane and gives the changes.
 #[inline(always)]
-fn walk<'a, const N: usize, S: Group<N>, R: Copy + Default + 'a>(
+fn walk<'a, S: Simd8, R: Copy + Default + 'a>(
     s: S,
     mut worlds: impl Iterator<Item = Walk<'a, R>>,
-    idle: &'a mut [Idle<R>; N],
-    tick: impl Fn(&mut [Walk<'a, R>; N]) -> S::F,
+    idle: &'a mut [Idle<R>; LANES],
+    tick: impl Fn(&mut [Walk<'a, R>; LANES]) -> Wide<S>,
 ) {
     let mut busy = 0;
-    let mut walks: [Walk<'a, R>; N] = idle.each_mut().map(Idle::walk);
+    let mut walks: [Walk<'a, R>; LANES] = idle.each_mut().map(Idle::walk);
     // What a busy lane goes back to.
-    let mut shelf: [Option<Walk<'a, R>>; N] = std::array::from_fn(|_| None);
-    let mut left = [usize::MAX; N];
-    for ((walk, shelf), left) in walks.iter_mut().zip(&mut shelf).zip(&mut left) {
+    let mut shelf: [Option<Walk<'a, R>>; LANES] = Default::default();
+    for (walk, shelf) in walks.iter_mut().zip(&mut shelf) {
         let Some(world) = worlds.next() else { break };
-        *left = world.rows.len();
         *shelf = Some(std::mem::replace(walk, world));
         busy += 1;
     }
-    let mut change = s.splat(0.0);
+    let mut change = Wide(s, s.splat(0.0));
     while busy > 0 {
-        let ticks = left.iter().fold(usize::MAX, |least, &l| least.min(l));
+        let ticks = walks.iter().fold(usize::MAX, |least, w| least.min(w.left));
         for _ in 0..ticks {
-            change = s.max(tick(&mut walks), change);
+            change = tick(&mut walks).greater(change);
             for walk in &mut walks {
                 walk.at = walk.at.wrapping_add_signed(walk.step);
             }
         }
-        let mut changes = s.split(change);
-        for (((walk, change), shelf), left) in walks.iter_mut().zip(&mut changes).zip(&mut shelf).zip(&mut left) {
+        let mut changes = s.store(change.1);
+        for ((walk, change), shelf) in walks.iter_mut().zip(&mut changes).zip(&mut shelf) {
             if walk.step == 0 {
                 continue;
             }
-            *left -= ticks;
-            if *left > 0 {
+            walk.left -= ticks;
+            if walk.left > 0 {
                 continue;
             }
             *walk.change = walk.change.max(*change);
             *change = 0.0;
             if let Some(world) = worlds.next() {
-                *left = world.rows.len();
                 *walk = world;
             } else if let Some(idle) = shelf.take() {
-                *left = usize::MAX;
                 *walk = idle;
                 busy -= 1;
             }
         }
-        change = s.join(&changes);
+        change = Wide(s, s.load(&changes));
     }
 }
 
 /// One sweep over the rows of all worlds that are being solved.
 pub struct Sweep<'a> {
     pub worlds: &'a mut [World],
-    pub idle: &'a mut Idles,
-    /// How many of the worlds are being solved.
-    pub solving: usize,
 }
 
 impl WithSimd for Sweep<'_> {
     type Output = ();
 
     fn run<S: Simd8>(self, s: S) {
-        let Sweep { worlds, idle, solving } = self;
+        let worlds = self.worlds;
         s.vectorize(
             #[inline(always)]
             || {
-                if solving > LANES {
-                    parts(s.wide(), worlds, &mut idle.bodies, &mut idle.ground);
-                } else if let (Some(bodies), Some(ground)) =
-                    (idle.bodies.first_chunk_mut::<LANES>(), idle.ground.first_chunk_mut::<LANES>())
-                {
-                    parts(s, worlds, bodies, ground);
+                body_part(
+                    s,
+                    worlds,
+                    #[inline(always)]
+                    |s, walks| body_normals(s, walks),
+                );
+                for world in worlds.iter_mut().filter(|w| w.rows.solving) {
+                    world.rows.ground_normals(s);
+                }
+                body_part(
+                    s,
+                    worlds,
+                    #[inline(always)]
+                    |s, walks| body_frictions(s, walks),
+                );
+                for world in worlds.iter_mut().filter(|w| w.rows.solving) {
+                    world.rows.ground_frictions(s);
                 }
             },
         );
@@ -224,245 +328,68 @@ impl WithSimd for Sweep<'_> {
 }
 
 #[inline(always)]
-fn parts<const N: usize, S: Group<N>>(
-    s: S,
-    worlds: &mut [World],
-    bodies: &mut [Idle<BodyRow<f32>>; N],
-    ground: &mut [Idle<GroundRow<f32>>; N],
-) {
-    walk(
-        s,
-        body_walks(worlds),
-        bodies,
-        #[inline(always)]
-        |walks| body_normals(s, walks),
-    );
-    walk(
-        s,
-        ground_walks(worlds),
-        ground,
-        #[inline(always)]
-        |walks| ground_normals(s, walks),
-    );
-    walk(
-        s,
-        body_walks(worlds),
-        bodies,
-        #[inline(always)]
-        |walks| body_frictions(s, walks),
-    );
-    walk(
-        s,
-        ground_walks(worlds),
-        ground,
-        #[inline(always)]
-        |walks| ground_frictions(s, walks),
-    );
-}
-
-fn solving(worlds: &mut [World]) -> impl Iterator<Item = &mut Rows> {
-    worlds.iter_mut().map(|w| &mut w.rows).filter(|r| r.solving)
-}
-
-fn body_walks(worlds: &mut [World]) -> impl Iterator<Item = Walk<'_, BodyRow<f32>>> {
-    solving(worlds).filter(|r| !r.bodies.is_empty()).map(|r| {
+fn body_part<S: Simd8>(s: S, worlds: &mut [World], tick: impl Fn(S, &mut [Walk<'_, BodyRow<f32>>; LANES]) -> Wide<S>) {
+    let mut idle: [Idle<BodyRow<f32>>; LANES] = std::array::from_fn(|_| Idle::new());
+    let list = worlds.iter_mut().map(|w| &mut w.rows).filter(|r| r.solving && !r.bodies.is_empty()).map(|r| {
         let back = r.goes_back();
         Walk::new(&mut r.bodies, &r.body_pair, &mut r.motion, &mut r.change, back)
-    })
-}
-
-fn ground_walks(worlds: &mut [World]) -> impl Iterator<Item = Walk<'_, GroundRow<f32>>> {
-    solving(worlds).filter(|r| !r.ground.is_empty()).map(|r| {
-        let back = r.goes_back();
-        Walk::new(&mut r.ground, &r.ground_body, &mut r.motion, &mut r.change, back)
-    })
-}
-
-/// The lanes' rows.
-macro_rules! rows {
-    ($g:ident, $walks:expr) => {
-        $g::every(
-            #[inline(always)]
-            |l| &$walks[l].rows[$walks[l].at],
-        )
-    };
-}
-
-/// The lanes' bodies of one side: 0 or 1.
-macro_rules! bodies {
-    ($g:ident, $walks:expr, $pairs:expr, $side:literal) => {
-        $g::every(
-            #[inline(always)]
-            |l| &$walks[l].motion[$pairs[l][$side]],
-        )
-    };
-}
-
-/// A group of four of each lane's place.
-macro_rules! load {
-    ($s:expr, $places:expr, $field:ident) => {{
-        let [a, b, c, d] = $s.gather(
-            #[inline(always)]
-            |l| $places[l].$field,
-        );
-        [Wide($s, a), Wide($s, b), Wide($s, c), Wide($s, d)]
-    }};
+    });
+    walk(
+        s,
+        list,
+        &mut idle,
+        #[inline(always)]
+        |walks| tick(s, walks),
+    );
 }
 
 #[inline(always)]
-fn scattered<const N: usize, S: Group<N>>(s: S, [a, b, c, d]: Four<Wide<S>>) -> [[f32; 4]; N] {
-    s.scatter([a.1, b.1, c.1, d.1])
-}
-
-#[inline(always)]
-fn zeros<S: Numbers>(s: S) -> Four<Wide<S>> {
-    [Wide(s, s.splat(0.0)); 4]
-}
-
-#[inline(always)]
-fn ground_normals<const N: usize, S: Group<N>>(s: S, walks: &mut [Walk<'_, GroundRow<f32>>; N]) -> S::F {
-    let pairs = S::every(
-        #[inline(always)]
-        |l| walks[l].pair(),
-    );
-    let (rows, at) = (rows!(S, walks), bodies!(S, walks, pairs, 0));
-    let mut row = GroundRow {
-        arm: load!(s, rows, arm),
-        lift: load!(s, rows, lift),
-        impulse: load!(s, rows, impulse),
-        roll: zeros(s),
-        mass: zeros(s),
-    };
-    let mut body = Motion { v: load!(s, at, v), w: load!(s, at, w), i: zeros(s) };
-    let change = kernel::ground_normal(&mut row, &mut body);
-    let (v, w, impulse) = (scattered(s, body.v), scattered(s, body.w), scattered(s, row.impulse));
-    S::each(
-        #[inline(always)]
-        |l| {
-            let walk = &mut walks[l];
-            let motion = &mut walk.motion[pairs[l][0]];
-            (motion.v, motion.w) = (v[l], w[l]);
-            walk.rows[walk.at].impulse = impulse[l];
-        },
-    );
-    change.1
-}
-
-#[inline(always)]
-fn ground_frictions<const N: usize, S: Group<N>>(s: S, walks: &mut [Walk<'_, GroundRow<f32>>; N]) -> S::F {
-    let pairs = S::every(
-        #[inline(always)]
-        |l| walks[l].pair(),
-    );
-    let (rows, at) = (rows!(S, walks), bodies!(S, walks, pairs, 0));
-    let mut row = GroundRow {
-        arm: load!(s, rows, arm),
-        lift: zeros(s),
-        impulse: load!(s, rows, impulse),
-        roll: load!(s, rows, roll),
-        mass: load!(s, rows, mass),
-    };
-    let mut body = Motion { v: load!(s, at, v), w: load!(s, at, w), i: load!(s, at, i) };
-    kernel::ground_friction(&mut row, &mut body);
-    let (v, w) = (scattered(s, body.v), scattered(s, body.w));
-    let (impulse, roll) = (scattered(s, row.impulse), scattered(s, row.roll));
-    S::each(
-        #[inline(always)]
-        |l| {
-            let walk = &mut walks[l];
-            let motion = &mut walk.motion[pairs[l][0]];
-            (motion.v, motion.w) = (v[l], w[l]);
-            let row = &mut walk.rows[walk.at];
-            (row.impulse, row.roll) = (impulse[l], roll[l]);
-        },
-    );
-    s.splat(0.0)
-}
-
-#[inline(always)]
-fn body_normals<const N: usize, S: Group<N>>(s: S, walks: &mut [Walk<'_, BodyRow<f32>>; N]) -> S::F {
-    let pairs = S::every(
-        #[inline(always)]
-        |l| walks[l].pair(),
-    );
-    let (rows, first, second) = (rows!(S, walks), bodies!(S, walks, pairs, 0), bodies!(S, walks, pairs, 1));
+fn body_normals<S: Simd8>(s: S, walks: &mut [Walk<'_, BodyRow<f32>>; LANES]) -> Wide<S> {
+    let mut at = places!(walks, pair);
     let mut row = BodyRow {
-        normal: load!(s, rows, normal),
-        moment_a: load!(s, rows, moment_a),
-        moment_b: load!(s, rows, moment_b),
-        turn_a: load!(s, rows, turn_a),
-        turn_b: load!(s, rows, turn_b),
-        impulse: load!(s, rows, impulse),
+        normal: load!(s, at, 0.normal),
+        moment_a: load!(s, at, 0.moment_a),
+        moment_b: load!(s, at, 0.moment_b),
+        turn_a: load!(s, at, 0.turn_a),
+        turn_b: load!(s, at, 0.turn_b),
+        impulse: load!(s, at, 0.impulse),
         roll: zeros(s),
         arm_a: zeros(s),
         arm_b: zeros(s),
     };
-    let mut a = Motion { v: load!(s, first, v), w: load!(s, first, w), i: zeros(s) };
-    let mut b = Motion { v: load!(s, second, v), w: load!(s, second, w), i: zeros(s) };
+    let mut a = Motion { v: load!(s, at, 1.v), w: load!(s, at, 1.w), i: zeros(s) };
+    let mut b = Motion { v: load!(s, at, 2.v), w: load!(s, at, 2.w), i: zeros(s) };
     let change = kernel::body_normal(&mut row, &mut a, &mut b);
-    let impulse = scattered(s, row.impulse);
-    put_bodies(s, walks, &pairs, a, b);
-    S::each(
-        #[inline(always)]
-        |l| {
-            let walk = &mut walks[l];
-            walk.rows[walk.at].impulse = impulse[l];
-        },
-    );
-    change.1
+    store!(s, at, a.v, 1.v);
+    store!(s, at, a.w, 1.w);
+    store!(s, at, b.v, 2.v);
+    store!(s, at, b.w, 2.w);
+    store!(s, at, row.impulse, 0.impulse);
+    change
 }
 
 #[inline(always)]
-fn body_frictions<const N: usize, S: Group<N>>(s: S, walks: &mut [Walk<'_, BodyRow<f32>>; N]) -> S::F {
-    let pairs = S::every(
-        #[inline(always)]
-        |l| walks[l].pair(),
-    );
-    let (rows, first, second) = (rows!(S, walks), bodies!(S, walks, pairs, 0), bodies!(S, walks, pairs, 1));
+fn body_frictions<S: Simd8>(s: S, walks: &mut [Walk<'_, BodyRow<f32>>; LANES]) -> Wide<S> {
+    let mut at = places!(walks, pair);
     let mut row = BodyRow {
-        normal: load!(s, rows, normal),
+        normal: load!(s, at, 0.normal),
         moment_a: zeros(s),
         moment_b: zeros(s),
         turn_a: zeros(s),
         turn_b: zeros(s),
-        impulse: load!(s, rows, impulse),
-        roll: load!(s, rows, roll),
-        arm_a: load!(s, rows, arm_a),
-        arm_b: load!(s, rows, arm_b),
+        impulse: load!(s, at, 0.impulse),
+        roll: load!(s, at, 0.roll),
+        arm_a: load!(s, at, 0.arm_a),
+        arm_b: load!(s, at, 0.arm_b),
     };
-    let mut a = Motion { v: load!(s, first, v), w: load!(s, first, w), i: load!(s, first, i) };
-    let mut b = Motion { v: load!(s, second, v), w: load!(s, second, w), i: load!(s, second, i) };
+    let mut a = Motion { v: load!(s, at, 1.v), w: load!(s, at, 1.w), i: load!(s, at, 1.i) };
+    let mut b = Motion { v: load!(s, at, 2.v), w: load!(s, at, 2.w), i: load!(s, at, 2.i) };
     kernel::body_friction(&mut row, &mut a, &mut b);
-    let (impulse, roll) = (scattered(s, row.impulse), scattered(s, row.roll));
-    put_bodies(s, walks, &pairs, a, b);
-    S::each(
-        #[inline(always)]
-        |l| {
-            let walk = &mut walks[l];
-            let row = &mut walk.rows[walk.at];
-            (row.impulse, row.roll) = (impulse[l], roll[l]);
-        },
-    );
-    s.splat(0.0)
-}
-
-/// Puts the velocities of both bodies back.
-#[inline(always)]
-fn put_bodies<const N: usize, S: Group<N>, R>(
-    s: S,
-    walks: &mut [Walk<'_, R>; N],
-    pairs: &[[usize; 2]; N],
-    a: Motion<Wide<S>>,
-    b: Motion<Wide<S>>,
-) {
-    let (va, wa, vb, wb) = (scattered(s, a.v), scattered(s, a.w), scattered(s, b.v), scattered(s, b.w));
-    S::each(
-        #[inline(always)]
-        |l| {
-            let motion = &mut *walks[l].motion;
-            let [first, second] = pairs[l];
-            (motion[first].v, motion[first].w) = (va[l], wa[l]);
-            (motion[second].v, motion[second].w) = (vb[l], wb[l]);
-        },
-    );
+    store!(s, at, a.v, 1.v);
+    store!(s, at, a.w, 1.w);
+    store!(s, at, b.v, 2.v);
+    store!(s, at, b.w, 2.w);
+    store!(s, at, row.impulse, 0.impulse);
+    store!(s, at, row.roll, 0.roll);
+    Wide(s, s.splat(0.0))
 }

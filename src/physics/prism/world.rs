@@ -5,7 +5,7 @@ use super::contact::{BodyPoint, GroundPoint, Manifold, Pose};
 use super::kernel::Motion;
 use super::model::{Flat, Model, Real, Shape};
 use super::settings::PrismSettings;
-use super::solver::{Rows, Rubbing, Span};
+use super::solver::{GroundSpan, Rows, Rubbing, Span};
 use crate::action::Push;
 use crate::geom::{Pose2, Vec2};
 use crate::scene::{Mask, State};
@@ -25,6 +25,18 @@ enum Phase {
     Pushing(u32),
     /// The tip is gone; bodies come to rest within so many steps.
     Settling(u32),
+}
+
+/// How the next step is made.
+#[derive(Debug, Clone, Copy, Default)]
+struct Pace {
+    /// Seconds.
+    dt: Real,
+    /// Of a pair's threshold.
+    body_share: Real,
+    ground_breaking: Real,
+    correction: Real,
+    iterations: u32,
 }
 
 /// Two pieces that are near each other.
@@ -48,12 +60,12 @@ struct Pair {
 
 /// A manifold that takes part in a step, and the rows it has there.
 #[derive(Clone, Copy)]
-struct Active {
+struct Active<S> {
     /// Index of the pair or of the piece.
     of: u32,
     /// The points that have rows.
     points: u8,
-    span: Span,
+    span: S,
 }
 
 /// Box round a piece.
@@ -89,12 +101,24 @@ pub struct World {
     ground: Vec<Manifold<GroundPoint>>,
     pairs: Vec<Pair>,
     pairs_before: Vec<Pair>,
-    active_pairs: Vec<Active>,
-    active_ground: Vec<Active>,
+    active_pairs: Vec<Active<Span>>,
+    active_ground: Vec<Active<GroundSpan>>,
     /// Greatest way that a point of a body can have moved since the beginning, and when the list of pairs was made.
     way: Real,
     way_at_list: Real,
     tip_is_down: bool,
+    /// Bodies that were awake at some time.
+    stirred: Mask,
+    /// Bodies that another pressed in this step.
+    pressed: Mask,
+    /// Steps for which a body has been slow without being pressed.
+    still: Vec<u32>,
+    /// Half steps that are left of the step.
+    halves: u32,
+    /// Steps since a body woke.
+    since_wake: u32,
+    was_awake: u32,
+    pace: Pace,
     phase: Phase,
     touched: Mask,
     toppled: Mask,
@@ -116,7 +140,7 @@ impl World {
         self.velocity.clear();
         self.velocity.resize(tip + 1, Default::default());
         self.rows.motion.clear();
-        self.rows.motion.resize(tip + 1, Motion::default());
+        self.rows.motion.resize(tip + 2, Motion::default());
         self.corners.resize(model.corners.len(), [0.0; 2]);
         self.normals.resize(model.corners.len(), [0.0; 2]);
         self.middles.resize(model.pieces.len(), [0.0; 2]);
@@ -125,6 +149,10 @@ impl World {
         self.ground.iter_mut().for_each(Manifold::clear);
         self.pairs.clear();
         self.way = 0.0;
+        (self.halves, self.since_wake, self.was_awake) = (0, u32::MAX / 2, 0);
+        self.stirred = Mask::EMPTY;
+        self.still.clear();
+        self.still.resize(tip + 1, 0);
         self.touched = Mask::EMPTY;
         self.toppled = Mask::EMPTY;
         (self.steps, self.sweeps) = (0, 0);
@@ -311,6 +339,7 @@ impl World {
         if 2.0 * (self.way - self.way_at_list) > SKIN {
             self.list_pairs(model, settings);
         }
+        self.choose_pace(settings);
         self.find_contacts(model, settings);
         self.set_motions(model, settings);
         self.make_rows(model, settings);
@@ -323,7 +352,8 @@ impl World {
         self.steps += 1;
         self.sweeps += self.rows.sweeps;
         self.take_impulses(model, settings);
-        self.integrate(model, settings.time_step as Real);
+        self.integrate(model, self.pace.dt);
+        self.lull(settings);
         let limit = settings.topple_tilt as Real;
         for &i in &self.present {
             let tilt = self.poses[i as usize].tilt;
@@ -331,7 +361,11 @@ impl World {
                 self.toppled.insert(i as usize);
             }
         }
+        if self.halves > 0 {
+            self.halves -= 1;
+        }
         self.phase = match self.phase {
+            _ if self.halves > 0 && self.toppled.is_empty() => self.phase,
             _ if !self.toppled.is_empty() => Phase::Done,
             Phase::Pushing(left) => Phase::Pushing(left - 1),
             Phase::Settling(left) => Phase::Settling(left - 1),
@@ -350,11 +384,7 @@ impl World {
 
     /// Writes the bodies' poses into the state they came from. A body that never moved keeps its bits.
     pub fn read(&self, model: &Model, state: &mut State) {
-        for &i in &self.present {
-            let i = i as usize;
-            if !self.awake[i] {
-                continue;
-            }
+        for i in self.stirred.iter() {
             let pose = &self.poses[i];
             let theta = f64::from(pose.theta);
             let centre = self.origin + Vec2::new(f64::from(pose.at[0]), f64::from(pose.at[1]));
@@ -377,6 +407,59 @@ impl World {
         })
     }
 
+    fn choose_pace(&mut self, settings: &PrismSettings) {
+        if self.halves == 0 {
+            let awake = self.present.iter().filter(|&&i| self.awake[i as usize]).count() as u32;
+            self.since_wake = if awake > self.was_awake { 0 } else { self.since_wake + 1 };
+            self.was_awake = awake;
+            if (awake as usize) <= settings.halved_awake || (self.since_wake as usize) < settings.halved_after_wake {
+                self.halves = 2;
+            }
+        }
+        self.pace = if self.halves > 0 {
+            Pace {
+                dt: (0.5 * settings.time_step) as Real,
+                body_share: (settings.half_body_breaking / settings.body_breaking) as Real,
+                ground_breaking: settings.half_ground_breaking as Real,
+                correction: settings.half_correction as Real,
+                iterations: settings.half_iterations as u32,
+            }
+        } else {
+            Pace {
+                dt: settings.time_step as Real,
+                body_share: 1.0,
+                ground_breaking: settings.ground_breaking as Real,
+                correction: settings.correction as Real,
+                iterations: settings.iterations as u32,
+            }
+        };
+        self.rows.most_sweeps = self.pace.iterations;
+    }
+
+    /// Lets bodies sleep again that have come to rest.
+    fn lull(&mut self, settings: &PrismSettings) {
+        let limit = settings.settle_speed as Real;
+        for &i in &self.present {
+            let i = i as usize;
+            if !self.awake[i] {
+                continue;
+            }
+            self.stirred.insert(i);
+            let (v, w) = &mut self.velocity[i];
+            let slow = v[0] * v[0] + v[1] * v[1] < limit * limit && w[2].abs() * 0.03 < limit;
+            if !slow || self.pressed.contains(i) {
+                self.still[i] = 0;
+                continue;
+            }
+            self.still[i] += 1;
+            if self.still[i] as usize == settings.rest_steps {
+                (*v, *w) = ([0.0; 3], [0.0; 3]);
+                self.awake[i] = false;
+                self.still[i] = 0;
+            }
+        }
+    }
+
     fn find_contacts(&mut self, model: &Model, settings: &PrismSettings) {
         let mut pairs = std::mem::take(&mut self.pairs);
         for pair in &mut pairs {
@@ -389,7 +472,8 @@ impl World {
             let heights = common_heights(model, [a, b], [&pose_a, &pose_b]);
             let round = shapes[0].round + shapes[1].round;
             let lean = lean(&pose_a, heights) + lean(&pose_b, heights);
-            let reach = pair.threshold + round - pair.slack + lean;
+            let threshold = pair.threshold * self.pace.body_share;
+            let reach = threshold + round - pair.slack + lean;
             let found = self.nearest(model, pair, reach);
             if let Ok(found) = found {
                 let (gap, height) = heights
@@ -398,20 +482,20 @@ impl World {
                         (found.gap - round + pair.slack + dot(found.normal, sub(pose_b.shift(h), pose_a.shift(h))), h)
                     })
                     .fold((Real::INFINITY, 0.0), |best, next| if next.0 < best.0 { next } else { best });
-                if gap < pair.threshold {
+                if gap < threshold {
                     let point = new_point(&found, height, [&pose_a, &pose_b], shapes.map(|s| s.round));
-                    pair.manifold.add(point, pair.threshold);
+                    pair.manifold.add(point, threshold);
                 }
                 if a == model.tip() && !self.awake[b] && gap < settings.wake_gap as Real {
                     self.awake[b] = true;
                 }
             }
-            pair.manifold.refresh(&pose_a, &pose_b, pair.slack, pair.threshold);
+            pair.manifold.refresh(&pose_a, &pose_b, pair.slack, threshold);
             if let Err(gap) = found
                 && pair.manifold.points().is_empty()
             {
                 // Both may move, and lean.
-                pair.apart_until = self.way + 0.5 * (gap - reach - (LEAN - lean).max(0.0));
+                pair.apart_until = self.way + 0.5 * (gap - (reach - threshold + pair.threshold) - (LEAN - lean).max(0.0));
             }
         }
         self.pairs = pairs;
@@ -424,7 +508,7 @@ impl World {
             let (body, pose) = (&model.bodies[i], self.poses[i]);
             for p in body.pieces.0 as usize..body.pieces.1 as usize {
                 let shape = &model.pieces[p];
-                let threshold = settings.ground_breaking as Real * shape.motion_disc;
+                let threshold = self.pace.ground_breaking * shape.motion_disc;
                 // Lowest where the base leans most downwards.
                 let down = pose.turn_back(pose.tilt);
                 let corners = &model.corners[shape.corners.0 as usize..shape.corners.1 as usize];
@@ -448,7 +532,7 @@ impl World {
     }
 
     fn set_motions(&mut self, model: &Model, settings: &PrismSettings) {
-        let dt = settings.time_step as Real;
+        let dt = self.pace.dt;
         let keep = 1.0 - settings.damping as Real * dt;
         for &i in &self.present {
             let i = i as usize;
@@ -473,7 +557,7 @@ impl World {
     }
 
     fn make_rows(&mut self, model: &Model, settings: &PrismSettings) {
-        let dt = settings.time_step as Real;
+        let Pace { dt, correction, .. } = self.pace;
         let share = settings.warm_start as Real;
         let ignored = settings.ignored_gap as Real;
         let target = |gap: Real| {
@@ -481,7 +565,7 @@ impl World {
             if g > 0.0 {
                 -g / dt
             } else {
-                (-g * settings.correction as Real / dt).min(settings.correction_speed as Real)
+                (-g * correction / dt).min(settings.correction_speed as Real)
             }
         };
         self.rows.clear();
@@ -525,22 +609,23 @@ impl World {
                 friction: model.ground_friction * body.friction,
                 rolling: model.ground_friction * body.rolling,
             };
+            self.rows.begin_ground(i);
             for p in body.pieces.0 as usize..body.pieces.1 as usize {
                 let manifold = &mut self.ground[p];
-                let from = self.rows.ground.len() as u32;
-                let mut points = 0;
+                let (mut points, mut count) = (0, 0);
                 for (k, point) in manifold.points_mut().iter_mut().enumerate() {
                     if point.gap + self.rows.lifting(i, &point.arm) * dt > ignored {
                         point.impulse = [0.0; 3];
                         continue;
                     }
                     points |= 1 << k;
+                    count += 1;
                     let impulse = point.impulse.map(|x| x * share);
                     self.rows.add_ground(i, point.arm, target(point.gap), rub, impulse);
                 }
                 if points != 0 {
                     let torque = manifold.torque.map(|x| x * share);
-                    let span = self.rows.end_ground(from, torque);
+                    let span = self.rows.end_ground(count, torque);
                     self.active_ground.push(Active { of: p as u32, points, span });
                 } else {
                     manifold.torque = [0.0; 3];
@@ -551,6 +636,7 @@ impl World {
 
     /// Stores the impulses for the next step, notes what the tip touched, wakes what was pressed.
     fn take_impulses(&mut self, model: &Model, settings: &PrismSettings) {
+        self.pressed = Mask::EMPTY;
         for active in &self.active_pairs {
             let pair = &mut self.pairs[active.of as usize];
             let mut row = active.span.0;
@@ -567,18 +653,23 @@ impl World {
             if a == model.tip() {
                 if greatest > 0.0 {
                     self.touched.insert(b);
+                    self.pressed.insert(b);
                 }
-            } else if greatest > settings.wake_impulse as Real {
+            } else if greatest > 0.0 {
+                self.pressed.insert(a);
+                self.pressed.insert(b);
+            }
+            if a != model.tip() && greatest > settings.wake_impulse as Real {
                 self.awake[a] = true;
                 self.awake[b] = true;
             }
         }
         for active in &self.active_ground {
             let manifold = &mut self.ground[active.of as usize];
-            let mut row = active.span.0;
+            let mut row = 0;
             for (i, p) in manifold.points_mut().iter_mut().enumerate() {
                 if active.points >> i & 1 == 1 {
-                    p.impulse = self.rows.ground_impulse(row);
+                    p.impulse = self.rows.ground_impulse(active.span, row);
                     row += 1;
                 }
             }
