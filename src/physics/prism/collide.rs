@@ -172,7 +172,11 @@ fn edge_against(a: Polygon<'_>, b: Polygon<'_>, face: Face, reach: Real) -> Resu
         // Nearly parallel faces: the end of the edge against a face.
         if at <= 0.0 || slope < 0.1 {
             let on = along(p, tangent, end);
-            return if at < reach { Ok(Touch { normal, points: [on, along(on, normal, at)], gap: at }) } else { Err(gap) };
+            return if at < reach {
+                Ok(Touch { normal, points: [on, along(on, normal, at)], gap: at })
+            } else {
+                Err(gap)
+            };
         }
     }
     let from = if t > length { q } else { p };

@@ -9,9 +9,9 @@ use crate::physics::lanes::InstructionSet;
 use crate::physics::transition::{PushJob, PushResult, PushStatus};
 use crate::run::Stop;
 
-/// Worlds of a pool: some more than lanes, to even out the lengths of their lists; still more fall out of the cache.
+/// Worlds of a pool: three times the lanes, to even out the lengths of their lists.
 pub const WORLDS: usize = 24;
-/// With fewer worlds than this each is swept by itself.
+/// With fewer worlds than this each is solved by itself.
 const FEW: usize = 2;
 
 /// The worlds of one thread. They keep their memory from push to push.
@@ -37,9 +37,7 @@ impl Pool {
     /// Runs all jobs. Which jobs share the pool does not show in a result.
     pub fn run(&mut self, engine: &Prism, jobs: &[PushJob<'_>], results: &mut [PushResult], stop: &Stop) {
         let count = jobs.len().min(results.len());
-        let env = |n: &str, d: usize| std::env::var(n).ok().and_then(|x| x.parse().ok()).unwrap_or(d);
-        let (worlds, few) = (env("WORLDS", WORLDS), env("FEW", FEW));
-        let wanted = count.min(worlds);
+        let wanted = count.min(WORLDS);
         if self.worlds.len() < wanted {
             self.worlds.resize_with(wanted, World::default);
         }
@@ -88,14 +86,13 @@ impl Pool {
             if solving == 0 {
                 return;
             }
-            if solving < few {
+            if solving < FEW {
                 for world in self.worlds.iter_mut().filter(|w| w.rows.solving) {
                     self.set.with(Solve { rows: &mut world.rows, tolerance });
                 }
                 continue;
-            } else {
-                self.set.with(Sweep { worlds: &mut self.worlds });
             }
+            self.set.with(Sweep { worlds: &mut self.worlds });
             for world in self.worlds.iter_mut().filter(|w| w.rows.solving) {
                 world.rows.end_sweep(tolerance);
             }

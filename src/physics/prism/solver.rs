@@ -8,8 +8,8 @@
 use super::kernel::{self, BodyRow, Four, GroundRow, Motion, Number};
 use super::model::{Flat, Real};
 use super::wide;
-use crate::physics::lanes::{LANES, Simd8};
 use crate::physics::lanes::simd::WithSimd;
+use crate::physics::lanes::{LANES, Simd8};
 
 /// Where a manifold's rows lie, to take the impulses back from.
 pub type Span = (u32, u32);
@@ -200,9 +200,8 @@ impl Rows {
         let [nx, ny] = normal;
         let [a, b] = bodies.map(|i| &self.motion[i]);
         // Moments of unit impulses along the normal, across it and up, and the turning that they give.
-        let moments = arm.map(|[x, y, z]| {
-            [[-z * ny, z * nx, x * ny - y * nx], [-z * nx, -z * ny, x * nx + y * ny], [y, -x, 0.0]]
-        });
+        let moments = arm
+            .map(|[x, y, z]| [[-z * ny, z * nx, x * ny - y * nx], [-z * nx, -z * ny, x * nx + y * ny], [y, -x, 0.0]]);
         let [moment_a, moment_b] = moments.map(|m| m[0]);
         let (turn_a, turn_b) = (a.response(moment_a), b.response(moment_b));
         let dot = |p: [Real; 3], q: [Real; 3]| p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
