@@ -1,6 +1,6 @@
 //! Which bodies are near each other, and the contacts between them and with the ground.
 
-use super::collide::{Axes, Outline, Touch, dot, sub, touch};
+use super::collide::{Axes, Outline, Touch, along, dot, sub, touch};
 use super::contact::{BodyPoint, GroundPoint, Manifold, Pose};
 use super::model::{Flat, Model, Real, Shape};
 use super::settings::PrismSettings;
@@ -101,7 +101,10 @@ impl World {
                 if self.bounds[p as usize].gap(&self.bounds[q as usize]) > reach {
                     continue;
                 }
-                let key = if rank == 0 { u64::from(q) } else { (u64::from(p) + 1) << 32 | u64::from(q) };
+                let key = rank << 48
+                    | (b as u64) << 32
+                    | u64::from(p - body_a.pieces.0) << 16
+                    | u64::from(q - body_b.pieces.0);
                 while self.pairs_before.get(*known).is_some_and(|pair| pair.key < key) {
                     *known += 1;
                 }
@@ -244,11 +247,15 @@ fn common_heights(model: &Model, bodies: [usize; 2], poses: [&Pose; 2]) -> [Real
 #[inline]
 fn new_point(found: &Touch, height: Real, poses: [&Pose; 2], round: [Real; 2]) -> BodyPoint {
     let n = found.normal;
+    let tangent = [-n[1], n[0]];
+    // Leaning shifts the two outlines along their common face too; the point of both is where they meet then.
+    let [a, b] = poses.map(|pose| pose.shift(height));
+    let beside = 0.5 * dot(tangent, sub(b, a));
     let sides = [round[0], -round[1]];
     let local = [0, 1].map(|k| {
         let pose = poses[k];
-        let on = [found.points[k][0] + n[0] * sides[k], found.points[k][1] + n[1] * sides[k]];
-        let r = [on[0] - pose.at[0], on[1] - pose.at[1]];
+        let on = along(along(found.points[k], n, sides[k]), tangent, [beside, -beside][k]);
+        let r = sub(on, [pose.at[0], pose.at[1]]);
         let l = pose.turn_back(r);
         [l[0], l[1], height - pose.at[2] + pose.tilt[0] * r[0] + pose.tilt[1] * r[1]]
     });
