@@ -74,6 +74,8 @@ pub struct World {
     pub(super) still: Vec<u32>,
     /// Half steps that are left of the step.
     pub(super) halves: u32,
+    /// Deepest overlap of two bodies in this step, borders included.
+    pub(super) deepest: Real,
     /// Steps since a body woke, and how many were awake then.
     pub(super) since_wake: u32,
     pub(super) were_awake: u32,
@@ -110,6 +112,7 @@ impl World {
         self.way = 0.0;
         (self.halves, self.since_wake, self.were_awake) = (0, u32::MAX / 2, 0);
         self.stirred = Mask::EMPTY;
+        self.deepest = 0.0;
         self.still.clear();
         self.still.resize(tip + 1, 0);
         self.touched = Mask::EMPTY;
@@ -254,12 +257,14 @@ impl World {
         }
     }
 
+    /// All bodies are slow, and none is deep in another, as a light one that was squeezed between heavy ones may be.
     fn at_rest(&self, settings: &PrismSettings) -> bool {
         let limit = settings.settle_speed as Real;
-        self.present.iter().all(|&i| {
-            let (v, w) = &self.velocity[i as usize];
-            !self.awake[i as usize] || (v[0] * v[0] + v[1] * v[1] < limit * limit && w[2].abs() * 0.03 < limit)
-        })
+        self.deepest < settings.border as Real
+            && self.present.iter().all(|&i| {
+                let (v, w) = &self.velocity[i as usize];
+                !self.awake[i as usize] || (v[0] * v[0] + v[1] * v[1] < limit * limit && w[2].abs() * 0.03 < limit)
+            })
     }
 
     /// Begins a step, or its second half.
@@ -353,6 +358,7 @@ impl World {
         self.rows.clear();
         self.active_pairs.clear();
         self.active_ground.clear();
+        self.deepest = 0.0;
         for (k, pair) in self.pairs.iter_mut().enumerate() {
             let bodies = pair.bodies.map(|i| i as usize);
             if pair.manifold.points().is_empty() || !(self.awake[bodies[0]] || self.awake[bodies[1]]) {
@@ -370,6 +376,7 @@ impl World {
                     continue;
                 }
                 points |= 1 << i;
+                self.deepest = self.deepest.max(-p.gap);
                 let impulse = p.impulse.map(|x| x * share);
                 self.rows.add_bodies(bodies, p.arm, p.normal, target(p.gap), rub, impulse);
             }
