@@ -10,9 +10,11 @@ use jostle::scene::arc::ArcProfile;
 
 use crate::output::{Failure, Outcome};
 
+mod assess;
 mod datagen;
 mod planner;
 
+pub use assess::*;
 pub use datagen::*;
 pub use planner::*;
 
@@ -47,6 +49,9 @@ pub enum Command {
     Observe(ObserveArgs),
     /// Say what a network's file is and check it; without a file, list the built-in networks and what runs them
     Model(ModelArgs),
+    /// Hold networks against engines in scenes and shapes that no training saw
+    #[command(subcommand)]
+    Assess(AssessCommand),
     /// Make training data for the networks: shards of tensors and a manifest; goes on where an earlier run ended
     #[command(subcommand)]
     Datagen(DatagenCommand),
