@@ -15,8 +15,8 @@ use super::{EngineMaker, HeldOut};
 use crate::action::Push;
 use crate::error::{Result, check_range};
 use crate::geom::normalize_angle;
-use crate::physics::PushStatus;
-use crate::run::Stop;
+use crate::physics::{PushStatus, Transition};
+use crate::run::{Key, Stop};
 use crate::scene::{Scene, State};
 
 /// Pushes proposed for each one wanted.
@@ -148,11 +148,11 @@ pub fn chains(
 
 /// Pushes of which each moves something and topples nothing; nothing where too few are found.
 fn chain(
-    engine: &dyn crate::physics::Transition,
+    engine: &dyn Transition,
     start: &State,
     pushes: usize,
     worker: &mut PushWorker,
-    key: crate::run::Key,
+    key: Key,
     stop: &Stop,
 ) -> Option<Chain> {
     let scene = engine.scene();
@@ -191,7 +191,7 @@ impl Sum {
         for i in 0..scene.len() {
             let footprint = &scene.body(i).footprint;
             let (want, have) = (wanted.pose(i), got.pose(i));
-            let error = 1.0 - footprint.iou(&want, &have);
+            let error = (1.0 - footprint.iou(&want, &have)).max(0.0);
             self.bodies += 1;
             self.error += error;
             if moved(scene, i, start, wanted) {

@@ -25,7 +25,8 @@ class Gc(nn.Module):
 
     def __init__(self, obstacles=16, target=24, both=(24,), features=8):
         super().__init__()
-        self.window = Window(cell=8, step=2, spacing=6, half=self.HALF, obstacles=(60, 15), target=(48, 24))
+        target_taps = (48, 24, (30.0, 42.0))
+        self.window = Window(cell=8, step=2, spacing=6, half=self.HALF, obstacles=(60, 15), target=target_taps)
         self.judge = Judge(self.window.sizes, obstacles, target, both, features)
         self.score = nn.Sequential(nn.Linear(features, 16), nn.ReLU(), nn.Linear(16, 1))
 

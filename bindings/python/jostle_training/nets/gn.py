@@ -15,14 +15,16 @@ OUTPUTS = ("quality",)
 
 
 class Gn(nn.Module):
-    """One window at each cell of 4 mm within 5 cm of the target's middle and at each angle, judged by the same weights
+    """One window at each cell of 4 mm within 48 mm of the target's middle and at each angle, judged by the same weights
     (`jaw.py`). Farther out the quality is 0."""
 
-    CELLS, HALF = 56, 13
+    CELLS, HALF = 56, 12
 
     def __init__(self, obstacles=32, target=64, both=(64, 32)):
         super().__init__()
-        self.window = Window(cell=4, step=1, spacing=4, half=self.HALF, obstacles=(60, 16), target=(48, 24))
+        # The far rows show where the body ends.
+        target_taps = (48, 24, (28.0, 36.0, 44.0))
+        self.window = Window(cell=4, step=1, spacing=4, half=self.HALF, obstacles=(60, 16), target=target_taps)
         self.judge = Judge(self.window.sizes, obstacles, target, both, 1)
         nn.init.constant_(self.judge.out.bias, -2.0)
 

@@ -28,10 +28,12 @@ def seen(image):
     return torch.cat([there * (1 - target), target], 1)
 
 
-def taps(across, along, spacing):
-    """[U,V,2], mm: `across` is how far they reach along the closing direction, `along` how far along the pads."""
+def taps(spacing, across, along, beyond=()):
+    """[U,V,2], mm: `across` is how far they reach along the closing direction, `along` how far along the pads; single
+    rows lie `beyond` on both sides."""
     u = torch.arange(-across + spacing / 2, across, spacing)
     v = torch.arange(-along + spacing / 2, along, spacing)
+    v = torch.cat([-torch.tensor(beyond).flip(0), v, torch.tensor(beyond)])
     return torch.stack(torch.meshgrid(u, v, indexing="ij"), -1)
 
 
@@ -60,7 +62,7 @@ class Window(nn.Module):
         after = (self.rows - 1) * self.stride + count - SIDE - before
         self.pad = (before, after, before, after)
 
-        grids = [taps(*obstacles, spacing), taps(*target, spacing)]
+        grids = [taps(spacing, *obstacles), taps(spacing, *target)]
         self.sizes = [g.shape[0] * g.shape[1] for g in grids]
         found = [self.shifts_of(g) for g in grids]
         self.reach = max(int(shift.abs().max()) for _, *shifts in found for shift in shifts)
