@@ -16,7 +16,7 @@ use crate::output::{Failure, Outcome};
 pub struct PlannerArgs {
     /// The planner: hedge (fewest actions on average), pmbs (parallel waves), mcts (serial), more (guided by ppn), ppn (that
     /// network alone), vft (foresight by dipn), dipn (one push ahead); for rearrangements untangle, pmmr or hbfs; to clear a
-    /// table greedy, or a baseline: random_push or grasp_only
+    /// table greedy, dipn_gn (the same by two networks), or a baseline: random_push or grasp_only
     #[arg(long, default_value = "hedge", value_name = "NAME")]
     pub planner: String,
     #[command(flatten)]
@@ -109,12 +109,7 @@ impl PlannerArgs {
         };
         options.set_physics(self.physics.physics.as_deref(), self.physics.preset.as_deref())?;
         options.set_confirm(self.confirm.as_deref())?;
-        if let Some(scorer) = &self.scorer {
-            let (name, file) = name_and_file(scorer);
-            check_scorer(name)?;
-            options.scorer = Some(name.into());
-            options.scorer_model = file.map(|file| network("scorer", name, file)).transpose()?;
-        }
+        (options.scorer, options.scorer_model) = self.scorer()?;
         if let Some(prior) = &self.prior {
             let (name, file) = name_and_file(prior);
             options.prior = Some(name.into());
@@ -122,6 +117,14 @@ impl PlannerArgs {
         }
         options.validate()?;
         Ok(options)
+    }
+
+    /// The scorer's name, and a network of one's own for it.
+    pub fn scorer(&self) -> Outcome<(Option<String>, Option<Model>)> {
+        let Some(scorer) = &self.scorer else { return Ok((None, None)) };
+        let (name, file) = name_and_file(scorer);
+        check_scorer(name)?;
+        Ok((Some(name.into()), file.map(|file| network("scorer", name, file)).transpose()?))
     }
 
     pub fn gripper(&self) -> Outcome<Option<Gripper>> {
