@@ -276,11 +276,14 @@ class GnTask(ImageTask):
         row, col = (x.clamp(CELLS // 2 - half, CELLS // 2 + half - 1) for x in (row, col))
         truth = wanted.gather(1, (angle * CELLS + row) * CELLS + col)
         mirror = torch.randint(MIRRORS, angle.shape, generator=self.generator)
+        which = torch.arange(len(image))[:, None].expand_as(angle)
+        places = [which, angle, row, col, mirror]
         with torch.no_grad():
-            which = torch.arange(len(image))[:, None].expand_as(angle)
-            shown = net.window.places(net.window.planes(image), *(x.reshape(-1) for x in (which, angle, row, col, mirror)))
-            said = torch.sigmoid(net.judge(*shown)).reshape(truth.shape)
-            doubt = (said - truth).abs() + self.config.get("least_doubt", 0.03)
+            planes = net.window.planes(image)
+            # To choose by, roughly is enough.
+            with torch.autocast("cpu", torch.bfloat16):
+                rough = net.judge(*net.window.places(planes.bfloat16(), *(x.reshape(-1) for x in places)))
+            doubt = (torch.sigmoid(rough.float()).reshape(truth.shape) - truth).abs() + self.config.get("least_doubt", 0.03)
             n, keep = truth.shape[1] - cell.shape[1], self.config.get("keep", 128)
             chosen = torch.multinomial(doubt[:, :n], keep, generator=self.generator)
             rest = torch.arange(n, truth.shape[1]).expand(len(image), -1)
@@ -288,13 +291,12 @@ class GnTask(ImageTask):
             weight = (doubt[:, :n].mean(1, keepdim=True) / doubt.gather(1, chosen)) ** self.config.get("even", 0.5)
             sure = torch.full(rest.shape, self.config.get("grasp_weight", 0.5)) * batch["some"][:, None]
             weight, chosen = torch.cat([weight, sure], 1), torch.cat([chosen, rest], 1)
-            index = (chosen + torch.arange(len(image))[:, None] * truth.shape[1]).reshape(-1)
-            shown = [s.index_select(0, index) for s in shown]
+            shown = net.window.places(planes, *(x.gather(1, chosen).reshape(-1) for x in places))
         logit = net.judge(*shown).reshape(chosen.shape)
         loss = functional.binary_cross_entropy_with_logits(logit, truth.gather(1, chosen), weight, reduction="sum")
         return loss / weight.sum()
 
-    def score(self, net, rows_limit=600):
+    def score(self, net, rows_limit=300):
         figures = arg_max(net, self.data, self.data.rows[VALIDATION][:rows_limit])
         return 1 - figures["valid"], figures
 
