@@ -6,8 +6,8 @@ use jostle::action::Push;
 use jostle::geom::{Pose2, Shape, vec2};
 use jostle::net::MotionModel;
 use jostle::physics::{
-    EngineInfo, EngineSettings, PhysicsOptions, Purpose, PushJob, PushResult, PushStatus, Transition, engine, engine_with,
-    network,
+    EngineInfo, EngineSettings, PhysicsOptions, Purpose, PushJob, PushResult, PushStatus, Transition, engine,
+    engine_with, network,
 };
 use jostle::run::{Budget, CancelToken, Stop};
 use jostle::scene::{BodyDef, LeaveRule, Scene, SceneBuilder, State, Workspace};
@@ -29,11 +29,6 @@ fn engines(scene: &Arc<Scene>) -> Vec<Arc<dyn Transition>> {
         info.presets.iter().map(|preset| PhysicsOptions { engine: info.id.into(), ..PhysicsOptions::preset(preset) })
     });
     options.map(|o| engine_with(&o, Arc::clone(scene), learned.as_ref()).unwrap()).collect()
-}
-
-/// Those that push bodies out of each other. A learned engine only predicts where they go.
-fn solving(scene: &Arc<Scene>) -> Vec<Arc<dyn Transition>> {
-    engines(scene).into_iter().filter(|e| !e.name().starts_with("dipn")).collect()
 }
 
 fn scene_of(shapes: &[Shape]) -> Arc<Scene> {

@@ -70,7 +70,8 @@ fn chain(args: &AssessChainArgs) -> Outcome<()> {
 }
 
 fn chain_text(found: &ChainReport) -> String {
-    let mut table = Table::new(["engine", "push", "1 - IoU, moved", "position, mm", "rotation, deg", "1 - IoU", "refused"]);
+    let mut table =
+        Table::new(["engine", "push", "1 - IoU, moved", "position, mm", "rotation, deg", "1 - IoU", "refused"]);
     for engine in &found.engines {
         for step in &engine.steps {
             table.row([

@@ -34,7 +34,12 @@ pub struct ChainParams {
 
 impl Default for ChainParams {
     fn default() -> Self {
-        ChainParams { scenes: SceneParams { bodies: 3..=12, ..SceneParams::default() }, chains: 100, pushes: 4, seed: 0 }
+        ChainParams {
+            scenes: SceneParams { bodies: 3..=12, ..SceneParams::default() },
+            chains: 100,
+            pushes: 4,
+            seed: 0,
+        }
     }
 }
 
