@@ -56,7 +56,7 @@ for name in "${@:-dipn}"; do
             finish dipn_pure push-prism 3000
             ;;
         gc | gn)
-            make_data grasp grasp "$((count / 2))" 30
+            make_data grasp grasp "$((count / 2))" 31
             training "$name" grasp "$name" "$minutes"
             finish "$name" grasp 4000
             ;;
