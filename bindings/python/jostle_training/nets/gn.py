@@ -15,10 +15,10 @@ OUTPUTS = ("quality",)
 
 
 class Gn(nn.Module):
-    """One window at each cell of 4 mm within 48 mm of the target's middle and at each angle, judged by the same weights
+    """One window at each cell of 4 mm within 4 cm of the target's middle and at each angle, judged by the same weights
     (`jaw.py`). Farther out the quality is 0."""
 
-    CELLS, HALF = 56, 12
+    CELLS, HALF = 56, 10
 
     def __init__(self, obstacles=32, target=64, both=(64, 32)):
         super().__init__()
