@@ -575,6 +575,8 @@ fn the_document_holds_the_help() {
         "bench path",
         "bench image",
         "bench net",
+        "assess chain",
+        "assess grasp",
         "render",
         "datagen push",
         "datagen ppn",

@@ -4,6 +4,7 @@
 //! and files end with exit status 2, failures with 1, both with one line on standard error.
 
 mod args;
+mod assess;
 mod bench_image;
 mod bench_net;
 mod bench_path;
@@ -66,6 +67,7 @@ fn command() -> Outcome<()> {
         Command::Bench(BenchCommand::Net(args)) => bench_net::run(&args),
         Command::Bench(BenchCommand::Image(args)) => bench_image::run(&args),
         Command::Render(args) => render::run(&args),
+        Command::Assess(command) => assess::run(&command),
         Command::Datagen(command) => datagen::run(&command),
         Command::Model(args) => model::run(&args),
         Command::Observe(args) => observe::run(&args),

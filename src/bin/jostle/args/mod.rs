@@ -10,10 +10,12 @@ use jostle::scene::arc::ArcProfile;
 
 use crate::output::{Failure, Outcome};
 
+mod assess;
 mod datagen;
 mod planner;
 mod results;
 
+pub use assess::*;
 pub use datagen::*;
 pub use planner::*;
 pub use results::*;
@@ -51,6 +53,9 @@ pub enum Command {
     Observe(ObserveArgs),
     /// Say what a network's file is and check it; without a file, list the built-in networks and what runs them
     Model(ModelArgs),
+    /// Hold networks against engines in scenes and shapes that no training saw
+    #[command(subcommand)]
+    Assess(AssessCommand),
     /// Make training data for the networks: shards of tensors and a manifest; goes on where an earlier run ended
     #[command(subcommand)]
     Datagen(DatagenCommand),
