@@ -44,9 +44,11 @@ DATA    ?= $(OUT)/training
 MINUTES ?= 30
 COUNT   ?= 100000
 MODELS  ?= dipn gc gn ppn
+# Options of `make more-loop`, such as --rounds 5.
+MORE_LOOP ?=
 
 .PHONY: help setup setup-test build demo test build-tests test-rust test-headers test-consumer test-tract lint format bench \
-        models test-training install uninstall clean
+        results models more-loop test-training install uninstall clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1|\2/p' $(MAKEFILE_LIST) | awk -F'|' '{ printf "%-22s %s\n", $$1, $$2 }'
@@ -115,6 +117,11 @@ bench: build ## figures that need no data from outside (docs/benchmarks.md), int
 	    --json $(OUT)/generated-mcts.json
 	@echo "The reports lie in $(OUT)/"
 
+# RESULTS_FLAGS=--dry-run lists what it would do; interrupted, it goes on where it ended (docs/benchmarks.md).
+results: setup-test ## every experiment of bench/results.toml into RESULTS.md and its pictures (under an hour on two cores)
+	@$(MAKE) --no-print-directory FEATURES=cli,bullet build
+	$(JOSTLE) results -o RESULTS.md $(RESULTS_FLAGS)
+
 test-training: ## the training package: ten steps, export and parity of every network (needs torch)
 	@if $(PYTHON) -c 'import torch, onnx, onnxruntime, safetensors, shapely' 2>/dev/null; then \
 	    cd bindings/python && $(PYTHON) -m unittest discover tests; \
@@ -123,6 +130,11 @@ test-training: ## the training package: ten steps, export and parity of every ne
 
 models: build ## make data, train, judge and export the networks in models/ (hours)
 	JOSTLE=$(JOSTLE) PYTHON=$(PYTHON) DATA=$(DATA) MINUTES=$(MINUTES) COUNT=$(COUNT) scripts/models.sh $(MODELS)
+
+more-loop: build ## MORE's loop: search, learn, guide the search, again; a report after each round (docs/planners.md)
+	@mkdir -p $(OUT)
+	cd bindings/python && $(PYTHON) -m jostle_training.more_loop $(abspath $(OUT))/more-loop \
+	    --jostle $(abspath $(JOSTLE)) $(MORE_LOOP)
 
 install: ## library, headers, pkg-config, CMake package and tool, to DESTDIR and PREFIX (/usr/local)
 	@test -e $(BUILD)/libjostle.so || $(MAKE) --no-print-directory build

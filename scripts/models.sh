@@ -2,7 +2,7 @@
 # From nothing to the files in models/: makes data, trains, judges on held-out shapes, exports, lists. `make models` calls
 # it with JOSTLE, PYTHON, DATA, MINUTES (of each training) and COUNT (of pushes; the others follow from it).
 #
-#   scripts/models.sh [dipn] [dipn_pure] [gc] [gn] [ppn]
+#   scripts/models.sh [dipn] [dipn_pure] [gc] [gn] [ppn] [segmentation]
 #
 # Data and checkpoints that are there are gone on from.
 set -euo pipefail
@@ -56,7 +56,7 @@ for name in "${@:-dipn}"; do
             finish dipn_pure push-prism 3000
             ;;
         gc | gn)
-            make_data grasp grasp "$((count / 2))" 30
+            make_data grasp grasp "$((count / 2))" 31
             training "$name" grasp "$name" "$minutes"
             finish "$name" grasp 4000
             ;;
@@ -66,6 +66,11 @@ for name in "${@:-dipn}"; do
             training ppn_motion push-planar ppn_motion "$((minutes / 2 + 1))"
             training ppn ppn ppn "$minutes" --from "$data/ppn_motion.pt"
             finish ppn ppn 1000
+            ;;
+        segmentation)
+            make_data segment segment "$((count / 12))" 40 --shard 4096
+            training segmentation segment segmentation "$minutes"
+            finish segmentation segment 400
             ;;
         *)
             echo "models: no network is called $name" >&2

@@ -25,7 +25,10 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("eval", &["error", "geom", "scene", "action", "physics", "grasp", "motion", "search", "run", "plan"]),
     (
         "datagen",
-        &["error", "geom", "scene", "action", "vision", "physics", "grasp", "motion", "search", "run", "plan", "eval"],
+        &[
+            "error", "geom", "scene", "action", "vision", "net", "physics", "grasp", "motion", "search", "run", "plan",
+            "eval",
+        ],
     ),
     (
         "ffi",

@@ -81,5 +81,5 @@ fn the_geometric_test_foretells_what_is_held() {
     }
     let best: Vec<&GraspSample> = all.iter().filter(|s| s.best).collect();
     let held = Confusion::of(best.iter().copied(), 0.3);
-    assert!(held.both > 30 && held.precision() > 0.85 && held.recall() > 0.9, "{held:?}");
+    assert!(held.both > 30 && held.precision() > 0.9 && held.recall() > 0.8, "{held:?}");
 }

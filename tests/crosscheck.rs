@@ -9,15 +9,21 @@ use std::sync::Arc;
 
 use jostle::action::Push;
 use jostle::geom::{Pose2, Shape, Vec2, normalize_angle, vec2};
-use jostle::physics::{EngineInfo, PhysicsOptions, Purpose, PushStatus, engine};
+use jostle::physics::{EngineInfo, PhysicsOptions, Purpose, PushStatus, engine, network};
 use jostle::run::{Key, Stop};
 use jostle::scene::{BodyDef, Scene, SceneBuilder, State, generate::Generator, generate::GeneratorParams};
 
-/// Every engine of this build, judging.
+/// Every engine of this build, judging; the learned one among them wherever its network can be run.
 fn judges() -> Vec<PhysicsOptions> {
     EngineInfo::available()
-        .filter(|e| e.id != "dipn")
         .map(|e| PhysicsOptions::named(e.id, None, Purpose::Judging).unwrap())
+        .filter(|options| {
+            let loaded = network(options);
+            if let Err(error) = &loaded {
+                println!("{} is left out: {error}", options.engine);
+            }
+            loaded.is_ok()
+        })
         .collect()
 }
 

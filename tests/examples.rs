@@ -2,11 +2,16 @@
 
 mod common;
 
-use common::{Link, build, run};
+use std::process::Command;
+
+use common::{Link, build, output, root, run};
 
 /// The output without the line on the build and without lines that begin with `#`, which are measurements.
 fn told(source: &str, name: &str, link: Link) -> String {
-    let text = run(&build(&[source], name, link, &[]));
+    without_measurements(&run(&build(&[source], name, link, &[])))
+}
+
+fn without_measurements(text: &str) -> String {
     let mut lines = text.lines();
     let first = lines.next().unwrap_or_default();
     assert!(first.starts_with(concat!("jostle ", env!("CARGO_PKG_VERSION"), " abi ")), "{first}");
@@ -45,6 +50,30 @@ fn clear_table_takes_every_body_the_same_way_every_time() {
     assert!(shared.contains(" 1  push  ") && shared.contains("\ncleared: 9 bodies by "), "{shared}");
     assert_eq!(shared.matches("  grasped\n").count(), 9, "{shared}");
     assert_eq!(shared, told("examples_c/clear_table.c", "clear_table", Link::Static));
+}
+
+#[test]
+fn learned_retrieve_gets_the_target_and_says_why_or_what_is_missing() {
+    // A program that is linked statically does not lie in this project, and would not find the project's runtime.
+    let own = root().join("third_party/onnxruntime/lib/libonnxruntime.so.1");
+    let told = |link: Link| {
+        let program = build(&["examples_c/learned_retrieve.c"], "learned_retrieve", link, &[]);
+        let mut command = Command::new(&program);
+        if std::env::var_os("ORT_DYLIB_PATH").is_none() && own.exists() {
+            command.env("ORT_DYLIB_PATH", &own);
+        }
+        let done = output(&mut command, &program);
+        assert!(done.status.success(), "{done:?}");
+        without_measurements(&String::from_utf8_lossy(&done.stdout))
+    };
+    let shared = told(Link::Shared);
+    assert_eq!(shared, told(Link::Static));
+    if shared.starts_with("nothing runs networks here: ") || shared.starts_with("this build has no network: ") {
+        println!("skipped: {shared}");
+        return;
+    }
+    assert!(shared.ends_with("grasped\nretrieved\n"), "{shared}");
+    assert!(shared.contains(" 1  push  ") && shared.contains("\n    1. ("), "a push, and why:\n{shared}");
 }
 
 #[test]

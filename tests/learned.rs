@@ -5,10 +5,13 @@ use std::sync::Arc;
 use jostle::action::{Action, Push};
 use jostle::error::{Error, Result};
 use jostle::geom::{Pose2, Shape};
-use jostle::net::{ImageScratch, MotionModel, ObjectBatch, PushValue, PushValueScratch, TargetProbability};
-use jostle::plan::{Control, Outcome, OwnNetworks, Plan, Planner, PlannerOptions};
+use jostle::net::{
+    GraspMap, ImageScratch, MapGrasp, MotionModel, ObjectBatch, PushValue, PushValueScratch, TargetProbability,
+};
+use jostle::plan::clear::{ClearOptions, ClearPlanner};
+use jostle::plan::{Control, Outcome, OwnNetworks, Plan, Planner, PlannerOptions, Variant};
 use jostle::run::{Budget, Stop};
-use jostle::scene::{BodyDef, Problem, Scene, SceneBuilder, State};
+use jostle::scene::{BodyDef, Clearing, Problem, Scene, SceneBuilder, State};
 
 /// The target between four squares that leave no room for a finger.
 fn walled() -> Problem {
@@ -179,6 +182,7 @@ fn threads_change_no_bit_of_a_learned_plan() {
             motion: Some(Arc::new(CarriesAlong)),
             graspability: Some(Arc::new(Alone(0.07))),
             push_value: Some(Arc::new(LikesUp)),
+            grasp_map: None,
         };
         let options = PlannerOptions { threads, lanes: Some(8), budget: Budget::iterations(60), ..options("vft") };
         format!("{:?}", solve(options, own, &problem).actions)
@@ -212,4 +216,124 @@ fn the_built_in_networks_free_a_walled_target() {
         assert!(!plan.actions.is_empty(), "{planner}: {:?}", plan.outcome);
         first_push(&plan);
     }
+}
+
+/// Squares of 45 mm with this gap in a row along x, and as many rows.
+fn rows(columns: usize, rows: usize, gap: f64) -> Clearing {
+    let mut builder = SceneBuilder::new();
+    let mut poses = Vec::new();
+    let at = |k: usize, of: usize| (k as f64 - (of as f64 - 1.0) / 2.0) * (0.045 + gap);
+    for i in 0..columns * rows {
+        builder.add_body(BodyDef::new(Shape::rectangle(0.045, 0.045))).unwrap();
+        poses.push(Pose2::new(0.5 + at(i % columns, columns), at(i / columns, rows), 0.0));
+    }
+    Clearing::new("rows", Arc::new(builder.build().unwrap()), State::new(poses)).unwrap()
+}
+
+/// One grasp of a body, at its middle along +y: of this quality where another body is within 55 mm, and of that where none
+/// is.
+struct AcrossRow {
+    near: f64,
+    alone: f64,
+}
+
+impl GraspMap for AcrossRow {
+    fn best(
+        &self,
+        _: &mut ImageScratch,
+        _: &Scene,
+        state: &State,
+        target: usize,
+        _: usize,
+        found: &mut Vec<MapGrasp>,
+    ) -> Result<()> {
+        let position = state.pose(target).position();
+        let near = state.iter().any(|(i, p)| i != target && (p.position() - position).norm() < 0.055);
+        let quality = if near { self.near } else { self.alone };
+        found.clear();
+        found.push(MapGrasp { position, angle: std::f64::consts::FRAC_PI_2, quality });
+        Ok(())
+    }
+
+    fn threshold(&self) -> f64 {
+        0.5
+    }
+}
+
+fn with_map(near: f64, alone: f64) -> OwnNetworks {
+    OwnNetworks {
+        motion: Some(Arc::new(CarriesAlong)),
+        grasp_map: Some(Arc::new(AcrossRow { near, alone })),
+        ..OwnNetworks::default()
+    }
+}
+
+fn clearing(variant: Variant, threads: usize) -> ClearOptions {
+    ClearOptions { planner: "dipn_gn".into(), variant, threads, ..ClearOptions::default() }
+}
+
+fn clear(options: ClearOptions, own: OwnNetworks, problem: &Clearing) -> Plan {
+    ClearPlanner::with_networks(options, own).unwrap().solve(problem, &Control::default()).unwrap()
+}
+
+#[test]
+fn two_networks_clear_a_table_by_the_published_numbers() {
+    // Two squares side by side; every push that parts them gives both the other quality.
+    let problem = rows(2, 1, 0.001);
+    for variant in [Variant::Tuned, Variant::Dissertation] {
+        let pushes = |near: f64, alone: f64| {
+            let plan = clear(clearing(variant, 1), with_map(near, alone), &problem);
+            match plan.actions[0].action {
+                Action::Push(_) => true,
+                Action::Grasp(grasp) => {
+                    assert_eq!(grasp.score, near, "the map's");
+                    false
+                }
+            }
+        };
+        // 0.9 x 0.68 = 0.612.
+        assert!(pushes(0.61, 0.68) && !pushes(0.62, 0.68), "{variant:?}");
+        assert!(!pushes(0.7, 1.0), "{variant:?}: a grasp of 0.7 is executed at once");
+        assert!(pushes(0.69, 1.0), "{variant:?}");
+    }
+    // What the push does is what the network says: along the push, without a turn.
+    let plan = clear(clearing(Variant::Tuned, 1), with_map(0.6, 0.9), &problem);
+    let push = first_push(&plan);
+    let moved = |i: usize| plan.actions[0].predicted.pose(i).position() - problem.state.pose(i).position();
+    let by = if moved(0).norm() > moved(1).norm() { moved(0) } else { moved(1) };
+    assert!(by.norm() > 0.01 && by.normalize().dot(&push.direction()) > 0.999, "{by:?} {push:?}");
+}
+
+#[test]
+fn a_grasp_of_the_map_whose_fingers_would_come_down_on_a_body_does_not_count() {
+    // In the block of nine the fingers along y meet the next row, but for no body of a single row.
+    let blocked = clear(clearing(Variant::Tuned, 1), with_map(0.95, 0.96), &rows(3, 3, 0.001));
+    first_push(&blocked);
+    let open = clear(clearing(Variant::Tuned, 1), with_map(0.95, 0.96), &rows(3, 1, 0.001));
+    assert!(matches!(open.actions[0].action, Action::Grasp(_)), "{open:?}");
+}
+
+#[test]
+fn threads_change_no_bit_of_a_clearing_by_networks() {
+    let problem = rows(3, 3, 0.001);
+    let with = |threads| clear(clearing(Variant::Tuned, threads), with_map(0.6, 0.9), &problem).hash_bits();
+    assert_eq!(with(1), with(2));
+    assert_eq!(with(1), with(5));
+}
+
+/// The built-in networks push a block of nine apart, and take a body that stands alone at once.
+#[test]
+fn the_built_in_networks_push_what_is_packed_and_take_what_is_loose() {
+    let mut planner = match ClearPlanner::new(clearing(Variant::Tuned, 2)) {
+        Ok(planner) => planner,
+        Err(error) => {
+            println!("skipped: dipn_gn: {error}");
+            return;
+        }
+    };
+    let packed = planner.solve(&rows(3, 3, 0.001), &Control::default()).unwrap();
+    first_push(&packed);
+    assert!(packed.statistics.simulations > 20 && !packed.considered.is_empty(), "{packed:?}");
+    let loose = planner.solve(&rows(2, 1, 0.12), &Control::default()).unwrap();
+    assert!(matches!(loose.actions[0].action, Action::Grasp(_)), "{loose:?}");
 }

@@ -1,24 +1,34 @@
 //! The contract of every [`Transition`]: what holds for an engine whatever its model.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use jostle::action::Push;
 use jostle::geom::{Pose2, Shape, vec2};
+use jostle::net::MotionModel;
 use jostle::physics::{
-    EngineInfo, EngineSettings, PhysicsOptions, PushJob, PushResult, PushStatus, Transition, engine,
+    EngineInfo, EngineSettings, PhysicsOptions, Purpose, PushJob, PushResult, PushStatus, Transition, engine,
+    engine_with, network,
 };
 use jostle::run::{Budget, CancelToken, Stop};
 use jostle::scene::{BodyDef, LeaveRule, Scene, SceneBuilder, State, Workspace};
 
 const CENTRE: [f64; 2] = [0.5, 0.0];
 
-/// Every engine of this build with every preset, on this scene. A learned engine has no physics to hold it to; its
-/// contract is in `nets.rs`.
+/// Every engine of this build with every preset, on this scene. The learned one among them wherever its network can be
+/// run.
 fn engines(scene: &Arc<Scene>) -> Vec<Arc<dyn Transition>> {
-    let options = EngineInfo::available().filter(|info| info.id != "dipn").flat_map(|info| {
+    static LEARNED: OnceLock<Option<Arc<dyn MotionModel>>> = OnceLock::new();
+    let learned = LEARNED.get_or_init(|| {
+        let load = || network(&PhysicsOptions::named("dipn", None, Purpose::Planning)?);
+        load().unwrap_or_else(|e| {
+            println!("the learned engine is left out: {e}");
+            None
+        })
+    });
+    let options = EngineInfo::available().filter(|info| info.id != "dipn" || learned.is_some()).flat_map(|info| {
         info.presets.iter().map(|preset| PhysicsOptions { engine: info.id.into(), ..PhysicsOptions::preset(preset) })
     });
-    options.map(|o| engine(&o, Arc::clone(scene)).unwrap()).collect()
+    options.map(|o| engine_with(&o, Arc::clone(scene), learned.as_ref()).unwrap()).collect()
 }
 
 fn scene_of(shapes: &[Shape]) -> Arc<Scene> {

@@ -461,8 +461,8 @@ typedef struct jostle_planner_options {
   /// JOSTLE_THREADS_OF_CONTEXT by default.
   uint32_t threads;
   /// "hedge", "pmbs", "mcts", "more", "ppn", "vft" or "dipn" to retrieve a target, "untangle", "pmmr" or "hbfs" to bring
-  /// bodies to the scene's goals, "greedy" (or a baseline, "random_push" or "grasp_only") to take everything off the table;
-  /// null (the default) for "hedge". The options on pushes, grasps and engines are not for rearrangements.
+  /// bodies to the scene's goals, "greedy" or "dipn_gn" (or a baseline, "random_push" or "grasp_only") to take everything off
+  /// the table; null (the default) for "hedge". The options on pushes, grasps and engines are not for rearrangements.
   const char *planner;
   /// Engine that predicts what a push does: "rapier", "planar", "prism", "bullet" or the network "dipn"; null (the
   /// default) for the planner's own.

@@ -37,7 +37,7 @@ const HELD: f64 = 0.7;
 /// Share of the choices of a target that go to the more doubtful of two.
 const DOUBTFUL: f64 = 0.6;
 /// Pushes of which one makes the next state.
-const PUSHES: usize = 4;
+pub(super) const PUSHES: usize = 4;
 
 /// What states to label.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -64,7 +64,7 @@ impl Default for GraspDataParams {
 }
 
 impl GraspDataParams {
-    fn validate(&self) -> Result<()> {
+    pub(super) fn validate(&self) -> Result<()> {
         check_range("states", self.states as f64, 1.0..=64.0)?;
         check_range("targets", self.targets as f64, 1.0..=WIDTH as f64)?;
         check_range("trial_share", self.trial_share, 0.0..=1.0)?;
@@ -304,7 +304,7 @@ pub(super) fn heights(scene: &Scene) -> [f32; WIDTH] {
 
 /// Place of the next target: one that can be grasped or one that cannot, whichever is drawn, and rather one that is nearly
 /// the other. None where there is no such body.
-fn choose(assessed: &[(usize, GraspAssessment)], random: &mut Stream) -> Option<usize> {
+pub(super) fn choose(assessed: &[(usize, GraspAssessment)], random: &mut Stream) -> Option<usize> {
     let threshold = GraspDecision::default().execute_score;
     let wanted = !random.chance(HELD);
     let places: Vec<usize> = (0..assessed.len()).filter(|&i| (assessed[i].1.score >= threshold) == wanted).collect();

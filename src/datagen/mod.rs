@@ -8,12 +8,14 @@
 //! | `ppn` | states and the value of every push that a search knows of |
 //! | `grasp` | targets, their best grasp, and the score of every grasp on a grid |
 //! | `segment` | label images of whole scenes |
+//! | `assess` | networks held against engines in scenes that no training saw |
 //! | `columns` | what all kinds of data have in common |
 //! | `store` | shards, manifest, going on where an earlier run ended |
 //! | `tensors` | the safetensors format |
 //!
 //! `docs/training-data.md` describes every field.
 
+mod assess;
 mod columns;
 mod grasp;
 mod ppn;
@@ -26,6 +28,10 @@ mod tensors;
 #[cfg(test)]
 mod tests;
 
+pub use assess::{
+    ChainEngine, ChainParams, ChainReport, ChainStep, EngineMaker, GraspTally, GraspTrialParams, GraspTrials,
+    NamedGrasp, chains, try_grasps,
+};
 pub use grasp::{GRASP_ANGLES, GRASP_CELLS, GRASP_PIXEL, GRASP_SIZE, GraspDataParams, grasp};
 pub use ppn::{PpnParams, ppn};
 pub use push::{PushParams, push};

@@ -4,7 +4,8 @@
 //! knows. With `v(s) = [graspable] + 0.2 j(s)` the published reward of MORE (`j`: half of one plus the grasp's score
 //! where there is a grasp, half of the nearness where there is none) it is
 //! `q = max over plans and k of discount^k v(s_k) / 1.2`, `s_0` being the state after the push. A push that is illegal,
-//! moves nothing or takes a body out of the workspace is worth 0.
+//! moves nothing or takes a body out of the workspace is worth 0. The search may be guided by a network that learned from
+//! earlier data; what it says of a push is no part of the value.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -21,6 +22,7 @@ use super::tensors::{Data, Tensor};
 use crate::action::ContourSampler;
 use crate::error::{Error, Result, check_range};
 use crate::grasp::{GeometricScorer, GraspParams};
+use crate::net::{Model, Ppn, PushValue};
 use crate::physics::{self, PhysicsOptions, Purpose};
 use crate::plan::{GraspDecision, Retrieval, Reward};
 use crate::run::{Budget, Key, Pool, Stop};
@@ -47,6 +49,9 @@ pub struct PpnParams {
     pub sampler: String,
     /// Iterations that run side by side.
     pub lanes: u32,
+    /// A network of kind `ppn` that guides the search, as it does in the planner `more`; `mcts` searches if absent.
+    #[serde(skip)]
+    pub prior: Option<Model>,
 }
 
 impl PpnParams {
@@ -59,6 +64,7 @@ impl PpnParams {
             iterations: 300,
             sampler: "more".into(),
             lanes: 16,
+            prior: None,
         })
     }
 
@@ -70,10 +76,11 @@ impl PpnParams {
         self.search().validate().map_err(|e| e.within("search"))
     }
 
-    /// The search of chapter MORE without an early end, so that every push gets its value, and without counting
-    /// solutions again and again.
+    /// The search of chapter MORE, guided where there is a network, without an early end, so that every push gets its value,
+    /// and without counting solutions again and again.
     fn search(&self) -> Params {
-        Params { early_stop: EarlyStop::Never, closed: Closed::Skip, lanes: self.lanes, ..Params::mcts() }
+        let published = if self.prior.is_some() { Params::guided() } else { Params::mcts() };
+        Params { early_stop: EarlyStop::Never, closed: Closed::Skip, lanes: self.lanes, ..published }
     }
 }
 
@@ -89,7 +96,11 @@ pub fn ppn(
 ) -> Result<Manifest> {
     params.validate()?;
     let maker = SceneMaker::new(params.scenes.clone(), Arc::clone(family))?;
-    store::make(&PpnTask { params: params.clone(), maker }, family, shape_seed, folder, to, stop, progress)
+    let prior = match &params.prior {
+        Some(model) => Some(Arc::new(Ppn::new(model.clone())?) as Arc<dyn PushValue>),
+        None => None,
+    };
+    store::make(&PpnTask { params: params.clone(), maker, prior }, family, shape_seed, folder, to, stop, progress)
 }
 
 /// A state with its valued pushes.
@@ -109,6 +120,7 @@ struct ValuedPush {
 struct PpnTask {
     params: PpnParams,
     maker: SceneMaker,
+    prior: Option<Arc<dyn PushValue>>,
 }
 
 /// Working memory of a thread.
@@ -129,7 +141,7 @@ impl Task for PpnTask {
     fn configuration(&self) -> Result<Value> {
         let params = serde_json::to_value(&self.params).map_err(|e| Error::Internal(e.to_string()))?;
         let search = self.params.search();
-        Ok(json!({
+        let mut configuration = json!({
             "ppn": params,
             "width": WIDTH,
             "search": {
@@ -143,7 +155,13 @@ impl Task for PpnTask {
             "label": "greatest discounted value of the plans that begin with the push, over 1.2: max_k 0.5^k v(s_k) / 1.2, \
                       v = [grasp score >= solved_score] + 0.2 j, j = 0.5 + 0.5 score with a grasp, 0.5 nearness without; \
                       s_0 is the state after the push; 0 for a push that is illegal, idle or takes a body out",
-        }))
+        });
+        // Only where there is one: folders of unguided searches stay what they were.
+        if let Some(prior) = &self.params.prior {
+            configuration["search"]["planner"] = "more".into();
+            configuration["search"]["prior_sha256"] = prior.info().sha256.clone().into();
+        }
+        Ok(configuration)
     }
 
     fn worker(&self) -> Result<PpnWorker> {
@@ -162,7 +180,7 @@ impl Task for PpnTask {
         // The generator makes its target body 0.
         let target = if given { 0 } else { random.index(scene.len()) };
         let domain = Retrieval {
-            prior: None,
+            prior: self.prior.clone(),
             scene: Arc::clone(scene),
             target,
             engine: physics::engine(&self.params.physics, Arc::clone(scene))?,

@@ -274,6 +274,13 @@ pub(super) fn run(
     }
 }
 
+/// The body's centre has moved by more than 2 mm, or it has turned by more than 2 degrees.
+pub(super) fn moved(scene: &Scene, body: usize, before: &State, after: &State) -> bool {
+    let footprint = &scene.body(body).footprint;
+    let [a, b] = [before, after].map(|state| centre_pose(footprint, &state.pose(body)));
+    (a.position() - b.position()).norm() > MOVED || normalize_angle(a.theta - b.theta).abs() > TURNED
+}
+
 pub(super) fn note(statistics: &mut Statistics, name: &str, value: f64) {
     *statistics.entry(name.to_string()).or_default() += value;
 }

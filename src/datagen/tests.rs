@@ -11,6 +11,7 @@ use crate::action::{Grasp, Push};
 use crate::error::Error;
 use crate::geom::{Pose2, Shape, vec2};
 use crate::grasp::{GraspParams, GraspScratch, GraspTest};
+use crate::net::{Kind, LoadOptions, Model};
 use crate::physics::{self, PhysicsOptions, Purpose, PushStatus};
 use crate::run::Stop;
 use crate::scene::{BodyDef, Friction, Gripper, PushTip, Scene, SceneBuilder, State};
@@ -406,6 +407,37 @@ fn the_value_of_a_push_is_at_least_that_of_the_state_it_leads_to() {
     }
     assert!(low <= 2, "{low} values are below what the push leads to");
     assert!(solved > 0 && solved + dead < q.len(), "{solved} {dead} {}", q.len());
+}
+
+#[test]
+fn a_network_that_guides_the_search_is_named_in_the_manifest_and_the_data_repeat() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/nets/ppn.onnx");
+    let prior = match Model::load(file, Some(Kind::Ppn), &LoadOptions::default()) {
+        Ok(model) => model,
+        Err(Error::Runtime(reason)) => return println!("skipped: {reason}"),
+        Err(error) => panic!("{error}"),
+    };
+    let sha256 = prior.info().sha256.clone();
+    let guided = |folder: &Path, threads| {
+        let params = PpnParams { iterations: 60, prior: Some(prior.clone()), ..PpnParams::new().unwrap() };
+        ppn(&params, &family(), SHAPE_SEED, folder, &store(6, 3, threads), &Stop::never(), &mut |_| ())
+    };
+    let (one, two, free) = (Folder::new(), Folder::new(), Folder::new());
+    let manifest = guided(&one.0, 1).unwrap();
+    assert_eq!(manifest.configuration["search"]["planner"], "more");
+    assert_eq!(manifest.configuration["search"]["prior_sha256"], sha256);
+    assert_eq!(guided(&two.0, 2).unwrap(), manifest);
+    assert!(files(&one.0) == files(&two.0));
+    // The scenes are those of an unguided search, what is found of their pushes is not; and neither goes on in the other's
+    // folder.
+    let unguided = values(&free.0, &store(6, 3, 1)).unwrap();
+    assert_eq!(unguided.configuration["search"].get("prior_sha256"), None);
+    let shard = |folder: &Folder| Shard::read(&folder.0, "ppn-00000.safetensors");
+    let (a, b) = (shard(&one), shard(&free));
+    assert_eq!(a.real("pose")[..36], b.real("pose")[..36]);
+    assert_ne!((a.word("visits"), a.real("q")), (b.word("visits"), b.real("q")));
+    let error = guided(&free.0, 1).unwrap_err().to_string();
+    assert!(error.contains("another configuration"), "{error}");
 }
 
 #[test]

@@ -20,6 +20,7 @@ use super::progress::{Listener, Publisher, jostle_progress, jostle_progress_call
 use super::scene::{Bodies, Scene, jostle_scene};
 use super::status::{Failure, Outcome, jostle_status};
 use crate::error::Error;
+use crate::plan::clear::ClearOptions;
 use crate::plan::{Control, GraspDecision, PlannerOptions, Variant};
 use crate::run::Budget;
 use crate::scene::AnyProblem;
@@ -51,8 +52,8 @@ pub struct jostle_planner_options {
     /// JOSTLE_THREADS_OF_CONTEXT by default.
     pub threads: u32,
     /// "hedge", "pmbs", "mcts", "more", "ppn", "vft" or "dipn" to retrieve a target, "untangle", "pmmr" or "hbfs" to bring
-    /// bodies to the scene's goals, "greedy" (or a baseline, "random_push" or "grasp_only") to take everything off the table;
-    /// null (the default) for "hedge". The options on pushes, grasps and engines are not for rearrangements.
+    /// bodies to the scene's goals, "greedy" or "dipn_gn" (or a baseline, "random_push" or "grasp_only") to take everything off
+    /// the table; null (the default) for "hedge". The options on pushes, grasps and engines are not for rearrangements.
     pub planner: *const c_char,
     /// Engine that predicts what a push does: "rapier", "planar", "prism", "bullet" or the network "dipn"; null (the
     /// default) for the planner's own.
@@ -379,8 +380,10 @@ unsafe fn engine_options(
         ..usual
     };
     match (Asks::of(&options.planner), engine, preset) {
-        // A preset alone is one of the planner's own engine, which those that clear the table search with too.
-        (Asks::All, None, Some(_)) => options.set_physics(Some("planar"), preset),
+        // A preset alone is one of the planner's own engine.
+        (Asks::All, None, Some(_)) => {
+            ClearOptions::of(options.clone()).model().and_then(|own| options.set_physics(Some(&own.engine), preset))
+        }
         (_, engine, preset) => options.set_physics(engine, preset),
     }
     .map_err(c_field)?;

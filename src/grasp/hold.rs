@@ -7,6 +7,8 @@ use crate::scene::Grasper;
 
 /// Features of the target this close to the point that a pad meets first count as met, metres: a pad gives that much.
 const TOUCH: f64 = 5e-5;
+/// From a whole factor of the end to its floor, as a share of the way to the end.
+const END_WIDTH: f64 = 0.1;
 /// An edge is in a band if this much of it is, metres.
 const SLIVER: f64 = 1e-6;
 
@@ -97,6 +99,8 @@ impl<'a> Subject<'a> {
         let wedge = (right_tilts.lo - left_tilts.hi).max(left_tilts.lo - right_tilts.hi).max(0.0);
         let turn = right_tilts.least.min(left_tilts.least);
         let spare = (opening - (right - left)) / 2.0 - grasper.fit;
+        let middle = frame.point(self.footprint.centroid).y;
+        let end = if y > middle { (y - middle) / (high - middle) } else { (y - middle) / (low - middle) };
         Some(Hold {
             lo: need_right - opening / 2.0,
             hi: need_left + opening / 2.0,
@@ -104,7 +108,7 @@ impl<'a> Subject<'a> {
             right,
             cover: within(half),
             wedge,
-            score: score.alone(within(2.0 * half), wedge, grasper.max_wedge, turn, spare),
+            score: score.alone(within(2.0 * half), wedge, grasper.max_wedge, turn, spare) * score.end(end, turn),
         })
     }
 
@@ -176,6 +180,11 @@ impl GraspScore {
             * (1.0 - (1.0 - self.wedge_floor) * square(wedge, max_wedge))
             * (1.0 - (1.0 - self.turn_floor) * square(turn, self.full_turn))
             * ramp(self.width_floor, spare / self.full_width_spare)
+    }
+
+    /// The factor of a grip turned by `turn`, at this share of the way from the centroid to the body's end.
+    fn end(&self, share: f64, turn: f64) -> f64 {
+        ramp(self.end_floor, (self.end_share - self.end_turn * turn - share) / END_WIDTH)
     }
 
     /// The factor of clearance for so much spare room round the fingers, metres.

@@ -3,8 +3,13 @@
 use super::hold::{Hold, Subject};
 use super::jaw::Pieces;
 use super::params::GraspParams;
-use crate::geom::{Footprint, Frame, Vec2, convex_hull};
+use crate::geom::{Footprint, Frame, Vec2, convex_hull, vec2};
 use crate::scene::{Grasper, Scene};
+
+/// At the ends of a body the pads cover this much more than they must, metres: the noise of an observation.
+const END_SPARE: f64 = 0.002;
+/// Positions nearer than this to each other are one, metres.
+const SAME_PLACE: f64 = 0.001;
 
 /// A hold to try in a state.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -77,11 +82,11 @@ impl BodyTable {
         let openings = if params.pre_openings.is_empty() { &full[..] } else { &params.pre_openings[..] };
         let mut candidates = Vec::new();
         let mut pieces = Pieces::default();
+        let mut heights = Vec::new();
         for (direction, &(_, sin, cos)) in directions.iter().enumerate() {
             let seen = Frame { origin: Vec2::zeros(), sin: -sin, cos };
-            let centre = seen.point(footprint.centroid).y;
-            for j in 0..params.offsets {
-                let y = centre + offset(j, params);
+            offsets(footprint, &seen, grasper, params, &mut heights);
+            for &y in &heights {
                 for &opening in openings.iter().filter(|o| **o <= grasper.opening) {
                     let hold = subject.hold(&seen, y, opening, grasper, &params.score, &mut pieces);
                     let Some(hold) = hold.filter(|h| h.allowed(grasper)) else { continue };
@@ -123,12 +128,31 @@ fn quantum(x: f64) -> i64 {
     (x * 1e9).round() as i64
 }
 
-/// The j-th position along the pads, from -reach to reach.
-fn offset(j: usize, params: &GraspParams) -> f64 {
+/// Positions of the pads' middle in the jaw's frame: evenly about the centroid, and as far apart beyond until the pads
+/// just cover enough of either end, and there.
+fn offsets(footprint: &Footprint, seen: &Frame, grasper: &Grasper, params: &GraspParams, out: &mut Vec<f64>) {
+    let centre = seen.point(footprint.centroid).y;
+    out.clear();
     if params.offsets < 2 {
-        return 0.0;
+        out.push(centre);
+        return;
     }
-    params.offset_reach * (2.0 * j as f64 / (params.offsets - 1) as f64 - 1.0)
+    let step = 2.0 * params.offset_reach / (params.offsets - 1) as f64;
+    out.extend((0..params.offsets).map(|j| centre - params.offset_reach + step * j as f64));
+    if step <= 0.0 {
+        return;
+    }
+    let beyond = grasper.finger_width / 2.0 - grasper.min_cover - END_SPARE;
+    for side in [-1.0, 1.0] {
+        let end = footprint.support(seen.inverse_vector(vec2(0.0, side))) + beyond - side * centre;
+        let end = end.min(params.end_reach);
+        let steps = ((end - params.offset_reach) / step - SAME_PLACE / step).ceil();
+        let mut at = params.offset_reach;
+        for _ in 0..steps.max(0.0) as usize {
+            at = (at + step).min(end);
+            out.push(centre + side * at);
+        }
+    }
 }
 
 /// Angle of the normal of the hull's longest side, the first of several.

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use super::options::PlannerOptions;
 use super::recipe::Recipe;
 use crate::error::Result;
-use crate::grasp::{self, GraspabilityScorer, Scorer};
-use crate::net::{Dipn, LoadOptions, Model, MotionModel, Ppn, PushValue, TargetProbability};
+use crate::grasp::{self, GraspabilityScorer, MapScorer, Scorer};
+use crate::net::{Dipn, GraspMap, LoadOptions, Model, MotionModel, Ppn, PushValue, TargetProbability};
 use crate::physics::{self, PhysicsOptions, Transition};
 use crate::scene::Scene;
 
@@ -19,6 +19,8 @@ pub struct OwnNetworks {
     pub push_value: Option<Arc<dyn PushValue>>,
     /// Takes the place of the scorer.
     pub graspability: Option<Arc<dyn TargetProbability>>,
+    /// Takes the place of the scorer, as the network `gn` does.
+    pub grasp_map: Option<Arc<dyn GraspMap>>,
 }
 
 /// Loaded once for a planner.
@@ -28,22 +30,14 @@ pub(super) struct Networks {
     confirm: Option<Arc<dyn MotionModel>>,
     scorer: grasp::Networks,
     graspability: Option<Arc<dyn TargetProbability>>,
+    grasp_map: Option<Arc<dyn GraspMap>>,
     pub prior: Option<Arc<dyn PushValue>>,
 }
 
 impl Networks {
     /// Loads what the recipe needs and the caller does not bring.
     pub fn load(options: &PlannerOptions, recipe: &Recipe, own: OwnNetworks) -> Result<Networks> {
-        let motion = |physics: Option<&PhysicsOptions>| {
-            let learned = physics.filter(|physics| physics.engine == "dipn");
-            let load = |physics: &PhysicsOptions| -> Result<Arc<dyn MotionModel>> {
-                match &options.engine_model {
-                    Some(model) => Ok(Arc::new(Dipn::new(model.clone())?)),
-                    None => physics::Dipn::load(&physics.preset),
-                }
-            };
-            learned.map(load).transpose()
-        };
+        let motion = |physics: Option<&PhysicsOptions>| motion(physics, options.engine_model.as_ref());
         let search = match own.motion {
             Some(motion) => Some(motion),
             None => motion(Some(&recipe.physics))?,
@@ -53,15 +47,17 @@ impl Networks {
             (None, Some(network)) => Some(push_value(network, options.prior_model.as_ref())?),
             (None, None) => None,
         };
-        let scorer = match &own.graspability {
-            Some(_) => grasp::Networks::default(),
-            None => grasp::Networks::new(&recipe.scorer, options.scorer_model.clone())?,
+        let scorer = if own.graspability.is_some() || own.grasp_map.is_some() {
+            grasp::Networks::default()
+        } else {
+            grasp::Networks::new(&recipe.scorer, options.scorer_model.clone())?
         };
         Ok(Networks {
             search,
             confirm: motion(recipe.confirm.as_ref())?,
             scorer,
             graspability: own.graspability,
+            grasp_map: own.grasp_map,
             prior,
         })
     }
@@ -93,11 +89,24 @@ impl Networks {
     }
 
     pub fn scorer(&self, recipe: &Recipe, scene: &Scene) -> Result<Box<dyn Scorer>> {
-        match &self.graspability {
-            Some(network) => Ok(Box::new(GraspabilityScorer::new(scene, Arc::clone(network))?)),
-            None => grasp::scorer(&recipe.scorer, scene, &self.scorer),
+        match (&self.graspability, &self.grasp_map) {
+            (Some(network), _) => Ok(Box::new(GraspabilityScorer::new(scene, Arc::clone(network))?)),
+            (None, Some(network)) => Ok(Box::new(MapScorer::new(Arc::clone(network))?)),
+            (None, None) => grasp::scorer(&recipe.scorer, scene, &self.scorer),
         }
     }
+}
+
+/// The network of an engine, if the engine is a learned one: `model`, or what the preset names.
+pub(super) fn motion(physics: Option<&PhysicsOptions>, model: Option<&Model>) -> Result<Option<Arc<dyn MotionModel>>> {
+    let learned = physics.filter(|physics| physics.engine == "dipn");
+    let load = |physics: &PhysicsOptions| -> Result<Arc<dyn MotionModel>> {
+        match model {
+            Some(model) => Ok(Arc::new(Dipn::new(model.clone())?)),
+            None => physics::Dipn::load(&physics.preset),
+        }
+    };
+    learned.map(load).transpose()
 }
 
 fn push_value(name: &str, model: Option<&Model>) -> Result<Arc<dyn PushValue>> {

@@ -12,7 +12,7 @@
 //! * `Code`: discount 0.6, pushes in the sampler's order, and the returns of the published code: the greatest plain value's,
 //!   replaced by a node's own.
 //! * `Tuned`, the default: as the text, with a shortest known plan preferred, an end as soon as a level that has a solution
-//!   is complete, and a tree that does not visit what is settled again.
+//!   is complete, a tree that does not visit what is settled again, and plans confirmed in `prism` before the decision.
 //!
 //! `dipn` tries every push of the root and takes the one after which the target is graspable best.
 
@@ -20,7 +20,7 @@ use super::options::{PlannerOptions, Variant};
 use super::recipe::{Join, Recipe};
 use super::retrieval::Reward;
 use crate::error::Result;
-use crate::physics::PhysicsOptions;
+use crate::physics::{PhysicsOptions, Purpose};
 use crate::run::Budget;
 use crate::search::{Backup, Closed, EarlyStop, Expansion, Params, Return};
 
@@ -50,7 +50,11 @@ pub fn recipe(options: &PlannerOptions) -> Result<Recipe> {
             ..text
         },
     };
-    with(options, search, ITERATIONS)
+    let confirm = match options.variant {
+        Variant::Tuned => Some(PhysicsOptions::named("prism", None, Purpose::Planning)?),
+        Variant::Dissertation | Variant::Code => None,
+    };
+    Ok(Recipe { confirm, ..with(options, search, ITERATIONS)? })
 }
 
 /// One push ahead.

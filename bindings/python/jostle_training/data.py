@@ -240,8 +240,12 @@ class Grasps(Shards):
 
     def index(self):
         super().index()
-        count = self.table["count"]
+        t = self.table
+        count = t["count"]
         self.first = torch.cat([count.new_zeros(1), count.cumsum(0)])
+        # The best grasp that is known: that of the test's own search, or one on the grid.
+        row = torch.repeat_interleave(torch.arange(len(count)), count)
+        self.best = t["score"].scatter_reduce(0, row, t["cell_score"].float(), "amax")
 
     def images(self, rows):
         """[B,2,112,112]: height of everything; 1 at the target."""
@@ -259,6 +263,40 @@ class Grasps(Shards):
             a, b = int(self.first[row]), int(self.first[row + 1])
             out[i, t["cell"][a:b].long()] = t["cell_score"][a:b].float()
         return out.reshape(-1, ANGLES, CELLS, CELLS)
+
+
+class Scenes(Shards):
+    """format jostle/segment/1: which body each pixel of a scene shows."""
+
+    SIDE, PIXEL = 224, 0.002
+    MIDDLE = (0.5, 0.0)  # of the image in the world, metres
+
+    def prepare(self, shard):
+        return dict(
+            split=shard["split"].long(), scene=shard["scene"], label_map=shard["label_map"].flatten(1),
+            heights=shard["heights"].float(), centre=shard["pose"][..., :2] - torch.tensor(self.MIDDLE))
+
+    def batch(self, rows, which=0):
+        """image [B,1,224,224], labels [B,224,224], and the way from each pixel to its body's centre, metres
+        [B,2,224,224], all laid down in one of the eight ways."""
+        t = self.table
+        label, centre = t["label_map"][rows].long(), t["centre"][rows]
+        label = label.reshape(-1, self.SIDE, self.SIDE)
+        mirror_x, mirror_y, swap = SYMMETRIES[which]
+        if mirror_x:
+            label, centre = label.flip(-1), centre * torch.tensor([-1.0, 1.0])
+        if mirror_y:
+            label, centre = label.flip(-2), centre * torch.tensor([1.0, -1.0])
+        if swap:
+            label, centre = label.transpose(-1, -2), centre.flip(-1)
+        flat = label.flatten(1)
+        heights = torch.cat([torch.zeros(len(rows), 1), t["heights"][rows]], 1)
+        image = heights.gather(1, flat).reshape(-1, 1, self.SIDE, self.SIDE)
+        own = centre.gather(1, (flat - 1).clamp(min=0)[..., None].expand(-1, -1, 2))
+        own = own.transpose(1, 2).reshape(-1, 2, self.SIDE, self.SIDE)
+        at = (torch.arange(self.SIDE) + 0.5 - self.SIDE / 2) * self.PIXEL
+        here = torch.stack([at.expand(self.SIDE, -1), at[:, None].expand(-1, self.SIDE)])
+        return dict(image=image, label=label, offset=(own - here) * (label > 0)[:, None])
 
 
 # The eight ways to lay a square on itself: mirror x, mirror y, swap x and y.

@@ -14,9 +14,9 @@ import onnx
 import torch
 
 from . import export, nets, selftest
-from .data import Grasps, Pushes, TEST, TRAIN, VALIDATION, Values, manifest, manifest_hash
+from .data import TEST, TRAIN, VALIDATION, manifest, manifest_hash
 from .shapes import iou
-from .tasks import arg_max, best_threshold, ranking
+from .tasks import TASKS, arg_max, best_threshold, instances, ranking
 
 
 class Exported:
@@ -32,7 +32,8 @@ class Exported:
     def __call__(self, *inputs):
         named = zip(nets.module(self.kind).INPUTS, inputs)
         feed = {name: value.numpy() for name, value in named if name in self.asked}
-        return torch.from_numpy(self.session.run(None, feed)[0])
+        out = [torch.from_numpy(v) for v in self.session.run(None, feed)]
+        return out if len(out) > 1 else out[0]
 
 
 def load(path):
@@ -124,16 +125,15 @@ def speed(path, kind, repeats=20):
 
 
 def probability_of(net, data, rows):
-    return torch.cat([net(data.images(part)) for part in rows.split(100)])
+    return torch.cat([net(data.images(part)) for part in rows.split(20)])
 
 
-def graspable(net, data, rows, threshold=None, least=0.3):
+def graspable(net, data, rows, threshold=None, least=0.3, validation=4000):
     """Accuracy at the threshold (chosen on the validation split), and how often each stated probability comes true."""
-    held = data.rows[VALIDATION]
     if threshold is None:
-        held = pick(held, 4000)
-        _, threshold = best_threshold(probability_of(net, data, held), data.table["score"][held] >= least)
-    probability, truth = probability_of(net, data, rows), data.table["score"][rows] >= least
+        held = pick(data.rows[VALIDATION], validation)
+        _, threshold = best_threshold(probability_of(net, data, held), data.best[held] >= least)
+    probability, truth = probability_of(net, data, rows), data.best[rows] >= least
     said = probability >= threshold
     table = []
     for k in range(10):
@@ -141,7 +141,7 @@ def graspable(net, data, rows, threshold=None, least=0.3):
         if mine.any():
             table.append(dict(stated=round(float(probability[mine].mean()), 3),
                               true=round(float(truth[mine].float().mean()), 3), states=int(mine.sum())))
-    near = (data.table["score"][rows] - least).abs() < 0.05
+    near = (data.best[rows] - least).abs() < 0.05
     rate = lambda hit, of: round(float(hit.sum() / of.sum().clamp(min=1)), 4)
     return dict(
         states=len(rows), threshold=threshold, accuracy=rate(said == truth, torch.ones(len(rows))),
@@ -162,7 +162,7 @@ def main():
     torch.set_num_threads(1)
     net, config = load(args.model)
     kind = config["kind"]
-    data = {"dipn": Pushes, "ppn": Values, "gc": Grasps, "gn": Grasps}[kind](args.data)
+    data = TASKS[kind].table(args.data)
     rows = pick(data.rows[TEST if args.split == "test" else VALIDATION], args.samples)
     with torch.no_grad():
         if kind == "dipn":
@@ -173,9 +173,14 @@ def main():
             figures = ranking(net, data, rows)
         elif kind == "gc":
             figures = graspable(net, data, rows, args.threshold, config.get("least_score", 0.3))
+        elif kind == "segmentation":
+            figures = instances(net, data, rows)
         else:
             figures = arg_max(net, data, rows)
             figures["at_least_0.3"] = arg_max(net, data, rows, 0.3)
+            # The greatest quality as an answer to whether the target can be grasped; the threshold is that of the map.
+            figures["graspable"] = graspable(lambda image: net(image).flatten(1).amax(1), data, rows, args.threshold)
+            figures["threshold"] = figures["graspable"]["threshold"]
     found = about(args.data)
     if kind == "dipn":
         found["lengths"] = lengths

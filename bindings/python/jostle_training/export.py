@@ -170,7 +170,7 @@ def parity(net, kind, path):
             if "guess" in feed:
                 feed["guess"] = feed["guess"] * 0.05
         if "image" in feed:
-            feed["image"][:, 0] *= 0.05
+            feed["image"] = blocks(feed["image"])
         with torch.no_grad():
             wanted = net(*(torch.from_numpy(v) for v in feed.values()))
         wanted = wanted if isinstance(wanted, tuple) else (wanted,)
@@ -180,6 +180,16 @@ def parity(net, kind, path):
                 raise ValueError(f"{name} has shape {got[name].shape} in ONNX Runtime and {tuple(value.shape)} in torch")
             worst = max(worst, float(np.abs(got[name] - value.numpy()).max()))
     return worst
+
+
+def blocks(image):
+    """A picture of blocks in place of noise: most of 25 fields stand 4.5 cm high, the middle one is the target."""
+    side = image.shape[-1] // 5 + 1
+    field = np.repeat(np.repeat(image[:, :1, :5, :5] < 0.6, side, 2), side, 3)[..., : image.shape[-1], : image.shape[-1]]
+    middle = np.zeros_like(field)
+    middle[..., 2 * side : 3 * side, 2 * side : 3 * side] = True
+    planes = [(field | middle) * 0.045, middle * 1.0][: image.shape[1]]
+    return np.concatenate(planes, 1).astype(np.float32)
 
 
 def main():

@@ -6,7 +6,9 @@ import torch
 from torch.nn import functional
 
 from . import nets
-from .data import ANGLES, CELLS, Grasps, Pushes, TRAIN, VALIDATION, Values, mirrored, symmetric
+from .data import ANGLES, CELLS, CROP, Grasps, Pushes, Scenes, TRAIN, VALIDATION, Values, mirrored, symmetric
+from .nets import segmentation
+from .nets.jaw import MIRRORS
 
 MILLIMETRE = 1e-3
 
@@ -178,33 +180,26 @@ class ImageTask(Task):
             parts = [symmetric(i, q, int(torch.randint(8, (), generator=self.generator)))
                      for i, q in zip(image.chunk(8), quality.chunk(8))]
             yield dict(image=torch.cat([p[0] for p in parts]), quality=torch.cat([p[1] for p in parts]),
-                       score=self.data.table["score"][rows])
-
-
-def along_pads():
-    """How far each cell lies from the image's centre along the pads, metres: [16,56,56]. They are at right angles to
-    the closing direction."""
-    at = (torch.arange(CELLS) + 0.5 - CELLS / 2) * 0.004
-    angle = torch.arange(ANGLES) * math.pi / ANGLES
-    return (at[None, None, :] * -angle.sin()[:, None, None] + at[None, :, None] * angle.cos()[:, None, None]).abs()
+                       score=self.data.best[rows])
 
 
 class GcTask(ImageTask):
     def __init__(self, config, *rest, **options):
         super().__init__(config, *rest, **options)
         self.least = config.get("least_score", 0.3)
-        self.reach = along_pads() <= config.get("offset_reach", 0.018)
+        self.half = getattr(self.net, "HALF", 0)
         self.mark()
 
     def mark(self):
-        """Where in 8 mm cells a grasp of at least that score lies which the grasp test may find: [M,16,28,28]."""
-        t, half = self.data.table, CELLS // 2
-        good = (t["cell_score"] >= self.least) & self.reach.flatten()[t["cell"].long()]
-        row = torch.repeat_interleave(torch.arange(len(self.data)), t["count"])[good]
-        cell = t["cell"][good].long()
-        k, r, c = cell // CELLS**2, cell // CELLS % CELLS // 2, cell % CELLS // 2
-        self.coarse = torch.zeros(len(self.data), ANGLES, half, half, dtype=torch.uint8)
-        self.coarse[row, k, r, c] = 1
+        """Cells of 8 mm in which a grasp of at least that score lies, about the image's middle: [M,16,2 half,2 half]."""
+        t, edge = self.data.table, CELLS // 4 - self.half
+        row = torch.repeat_interleave(torch.arange(len(self.data)), t["count"])
+        cell = t["cell"].long()
+        k, r, c = cell // CELLS**2, cell // CELLS % CELLS // 2 - edge, cell % CELLS // 2 - edge
+        side = 2 * self.half
+        good = (t["cell_score"] >= self.least) & (r >= 0) & (c >= 0) & (r < side) & (c < side)
+        self.coarse = torch.zeros(len(self.data), ANGLES, side, side, dtype=torch.uint8)
+        self.coarse[row[good], k[good], r[good], c[good]] = 1
 
     def refresh(self):
         found = super().refresh()
@@ -230,7 +225,7 @@ class GcTask(ImageTask):
     def score(self, net, rows_limit=2000):
         rows = self.data.rows[VALIDATION][:rows_limit]
         probability = torch.cat([net(self.data.images(part)) for part in rows.split(100)])
-        truth = self.data.table["score"][rows] >= self.least
+        truth = self.data.best[rows] >= self.least
         accuracy, threshold = best_threshold(probability, truth)
         return 1 - accuracy, dict(accuracy=accuracy, threshold=threshold, positive=float(truth.float().mean()))
 
@@ -242,16 +237,66 @@ def best_threshold(probability, truth):
 
 
 class GnTask(ImageTask):
-    def loss(self, batch):
-        with torch.autocast("cpu", torch.bfloat16, enabled=self.autocast):
-            logit = self.net.logits(batch["image"])
-        wanted = batch["quality"]
-        near = self.net.near(batch["image"][:, 1:]) if hasattr(self.net, "near") else torch.ones_like(wanted[:, :1])
-        weight = (0.01 + near) * (1 + 3 * (wanted > 0))
-        loss = functional.binary_cross_entropy_with_logits(logit.float(), wanted, weight, reduction="sum")
-        return loss / weight.expand_as(wanted).sum()
+    """Single places and angles, not whole maps: grasps, and what looks most like one among places that have the target
+    between the fingers."""
 
-    def score(self, net, rows_limit=600):
+    def batches(self):
+        while True:
+            rows = self.choose(self.data.rows[TRAIN], self.batch_size)
+            yield dict(image=self.data.images(rows), quality=self.data.maps(rows), **self.grasps(rows))
+
+    def grasps(self, rows):
+        """Grasps drawn from each row's: index of the cell; 0 and not `some` where it has none."""
+        count, most = self.data.table["count"][rows], self.config.get("grasps", 64)
+        draw = (torch.rand(len(rows), most, generator=self.generator) * count[:, None]).long()
+        place = (self.data.first[rows][:, None] + draw).clamp(max=len(self.data.table["cell"]) - 1)
+        return dict(grasp=self.data.table["cell"][place].long(), some=(count > 0))
+
+    def candidates(self, target):
+        """Places that have a pixel of the target [B,112*112] between the fingers: angle, row, column [B,n] each."""
+        n = self.config.get("candidates", 384)
+        random = lambda *a: torch.rand(*a, generator=self.generator)
+        pixel = torch.multinomial(target + 1e-9, n, replacement=True, generator=self.generator)
+        angle = torch.randint(ANGLES, pixel.shape, generator=self.generator)
+        a = angle * (math.pi / ANGLES)
+        u, v = (random(pixel.shape) - 0.5) * 76, (random(pixel.shape) - 0.5) * 22
+        at = lambda p, w: ((2 * p + 1 + w) / 4).floor().long()
+        return angle, at(pixel // CROP, u * a.sin() + v * a.cos()), at(pixel % CROP, u * a.cos() - v * a.sin())
+
+    def loss(self, batch):
+        if not hasattr(self.net, "window"):
+            logits = self.net.logits(batch["image"])
+            return functional.binary_cross_entropy_with_logits(logits, batch["quality"], 1 + 3 * (batch["quality"] > 0))
+        image, wanted = batch["image"], batch["quality"].flatten(1)
+        net, half = self.net, self.net.HALF
+        angle, row, col = self.candidates(image[:, 1].flatten(1))
+        cell = batch["grasp"]
+        angle = torch.cat([angle, cell // CELLS**2], 1)
+        row, col = torch.cat([row, cell // CELLS % CELLS], 1), torch.cat([col, cell % CELLS], 1)
+        row, col = (x.clamp(CELLS // 2 - half, CELLS // 2 + half - 1) for x in (row, col))
+        truth = wanted.gather(1, (angle * CELLS + row) * CELLS + col)
+        mirror = torch.randint(MIRRORS, angle.shape, generator=self.generator)
+        which = torch.arange(len(image))[:, None].expand_as(angle)
+        places = [which, angle, row, col, mirror]
+        with torch.no_grad():
+            planes = net.window.planes(image)
+            # To choose by, roughly is enough.
+            with torch.autocast("cpu", torch.bfloat16):
+                rough = net.judge(*net.window.places(planes.bfloat16(), *(x.reshape(-1) for x in places)))
+            doubt = (torch.sigmoid(rough.float()).reshape(truth.shape) - truth).abs() + self.config.get("least_doubt", 0.03)
+            n, keep = truth.shape[1] - cell.shape[1], self.config.get("keep", 128)
+            chosen = torch.multinomial(doubt[:, :n], keep, generator=self.generator)
+            rest = torch.arange(n, truth.shape[1]).expand(len(image), -1)
+            # What is drawn oftener weighs less, if not in full: what looks like a grasp and is none matters most.
+            weight = (doubt[:, :n].mean(1, keepdim=True) / doubt.gather(1, chosen)) ** self.config.get("even", 0.5)
+            sure = torch.full(rest.shape, self.config.get("grasp_weight", 0.5)) * batch["some"][:, None]
+            weight, chosen = torch.cat([weight, sure], 1), torch.cat([chosen, rest], 1)
+            shown = net.window.places(planes, *(x.gather(1, chosen).reshape(-1) for x in places))
+        logit = net.judge(*shown).reshape(chosen.shape)
+        loss = functional.binary_cross_entropy_with_logits(logit, truth.gather(1, chosen), weight, reduction="sum")
+        return loss / weight.sum()
+
+    def score(self, net, rows_limit=300):
         figures = arg_max(net, self.data, self.data.rows[VALIDATION][:rows_limit])
         return 1 - figures["valid"], figures
 
@@ -259,7 +304,7 @@ class GnTask(ImageTask):
 def arg_max(net, data, rows, least=0.0):
     """Where some cell holds a grasp: is the best predicted cell one of them, and how good is it."""
     valid, states, got, best = 0, 0, 0.0, 0.0
-    for part in rows.split(50):
+    for part in rows.split(10):
         quality, wanted = net(data.images(part)).flatten(1), data.maps(part).flatten(1)
         some = wanted.amax(1) > least
         chosen = wanted.gather(1, quality.argmax(1, keepdim=True)).squeeze(1)
@@ -271,11 +316,73 @@ def arg_max(net, data, rows, least=0.0):
                 score_best=best / max(1, states))
 
 
-TASKS = dict(dipn=DipnTask, ppn=PpnTask, gc=GcTask, gn=GnTask)
+class SegmentationTask(Task):
+    table = Scenes
+
+    def fit(self):
+        pass
+
+    def batches(self):
+        while True:
+            rows = self.choose(self.data.rows[TRAIN], self.batch_size)
+            batch = self.data.batch(rows, int(torch.randint(8, (), generator=self.generator)))
+            # Depth cameras are not exact: each image has noise of its own strength.
+            noise = torch.rand(len(rows), 1, 1, 1, generator=self.generator) * self.config.get("noise", 0.001)
+            batch["image"] = batch["image"] + torch.randn(batch["image"].shape, generator=self.generator) * noise
+            yield batch
+
+    def loss(self, batch):
+        with torch.autocast("cpu", torch.bfloat16):
+            foreground, heat, offset = self.net.maps(batch["image"])
+        there = (batch["label"] > 0).float()
+        entropy = functional.binary_cross_entropy_with_logits
+        warm = self.heat(batch)
+        loss = entropy(foreground.float(), there) + 2 * entropy(heat.float(), warm, 0.1 + there + 4 * warm)
+        away = functional.smooth_l1_loss(offset.float() * 200, batch["offset"] * 200, reduction="none")
+        return loss + (away * there[:, None]).sum() / there.sum().clamp(min=1)
+
+    @staticmethod
+    def heat(batch, width=0.006):
+        """1 at a body's centre, falling over 6 mm; only on the body itself."""
+        return torch.exp(-batch["offset"].square().sum(1) / (2 * width**2)) * (batch["label"] > 0)
+
+    def score(self, net, rows_limit=60):
+        figures = instances(net, self.data, self.data.rows[VALIDATION][:rows_limit])
+        return 1 - figures["matched_075"], figures
+
+
+def instances(net, data, rows, least_pixels=20):
+    """Bodies against instances, each body with the instance that overlaps it most."""
+    overlaps, found, right, joined = [], 0, 0, 0
+    for part in rows.split(10):
+        batch = data.batch(part)
+        for k, (truth, *maps) in enumerate(zip(batch["label"], *net(batch["image"]))):
+            labels = segmentation.group(*maps)
+            a, b = int(truth.max()) + 1, int(labels.max()) + 1
+            both = torch.bincount((truth * b + labels).flatten(), minlength=a * b).reshape(a, b)[1:]
+            mine, theirs = both.sum(1, keepdim=True), torch.bincount(labels.flatten(), minlength=b)[1:]
+            there = mine[:, 0] >= least_pixels
+            if b == 1:
+                overlaps += [0.0] * int(there.sum())
+                continue
+            iou = both[:, 1:] / (mine + theirs - both[:, 1:]).clamp(min=1)
+            overlaps += iou.amax(1)[there].tolist()
+            found += int((theirs > 0).sum())
+            right += int((iou[there].amax(0) >= 0.75).sum())
+            # An instance that is most of two bodies.
+            joined += int(((both[:, 1:] / mine.clamp(min=1) > 0.5)[there].sum(0) > 1).sum())
+    overlaps = torch.tensor(overlaps)
+    return dict(images=len(rows), bodies=len(overlaps), instances=found, mean_iou=float(overlaps.mean()),
+                matched_075=float((overlaps >= 0.75).float().mean()),
+                matched_050=float((overlaps >= 0.5).float().mean()), precision_075=right / max(1, found),
+                instances_of_several_bodies=joined)
+
+
+TASKS = dict(dipn=DipnTask, ppn=PpnTask, gc=GcTask, gn=GnTask, segmentation=SegmentationTask)
 
 
 def task(config, folder, limit=None):
     kind = config["kind"]
     if kind not in TASKS:
-        raise ValueError(f"{kind} has no training data format yet")
+        raise ValueError(f"no network is called {kind!r}; there are {', '.join(TASKS)}")
     return TASKS[kind](config, folder, limit)

@@ -102,8 +102,23 @@ def grasps(folder, count=80, bodies=5, seed=3):
     manifest(folder, "grasp", count)
 
 
+def scenes(folder, count=40, bodies=5, seed=4):
+    random = np.random.default_rng(seed)
+    shapes(folder, random)
+    s = states(random, count, bodies)
+    label = np.zeros((count, 224, 224), np.uint8)
+    for k in range(count):
+        for body in range(int(s["n"][k])):
+            row, col = random.integers(20, 200, 2)
+            label[k, row - 10 : row + 10, col - 8 : col + 8] = body + 1
+            s["pose"][k, body, :2] = ((col - 112) * 0.002 + 0.5, (row - 112) * 0.002)
+    save_file(dict(s, label_map=label, heights=np.full((count, bodies), 0.045, np.float32)),
+              folder / "segment-00000.safetensors", {"format": "jostle/segment/1"})
+    manifest(folder, "segment", count)
+
+
 def manifest(folder, kind, count):
     (folder / "manifest.json").write_text(json.dumps(dict(kind=kind, count=count, seed=0)))
 
 
-MAKE = dict(dipn=pushes, ppn=values, gc=grasps, gn=grasps)
+MAKE = dict(dipn=pushes, ppn=values, gc=grasps, gn=grasps, segmentation=scenes)

@@ -45,11 +45,12 @@ pub fn read(path: &Path) -> Outcome<Option<Clearing>> {
     }
 }
 
-/// The planner's options. `pmbs`, the default of the command line, stands for the default of clearings.
+/// The planner's options. `hedge`, the default of the command line, stands for the default of clearings.
 fn options(args: &PlannerArgs) -> Outcome<ClearOptions> {
     let planner = if args.planner == "hedge" { CLEAR_PLANNERS[0] } else { args.planner.as_str() };
     let mut engines = PlannerOptions::default();
     engines.set_confirm(args.confirm.as_deref())?;
+    let (scorer, scorer_model) = args.scorer()?;
     let mut options = ClearOptions {
         planner: planner.to_owned(),
         variant: match args.variant.as_str() {
@@ -60,6 +61,8 @@ fn options(args: &PlannerArgs) -> Outcome<ClearOptions> {
         confirm: engines.confirm,
         sampler: args.sampler.clone(),
         push_length: args.push_length,
+        scorer,
+        scorer_model,
         budget: Budget { iterations: args.iterations, seconds: args.seconds, bytes: None },
         seed: args.seed,
         threads: args.threads.unwrap_or_else(cores),
@@ -139,6 +142,7 @@ struct Document {
     rule: ClearRule,
     physics: PhysicsOptions,
     confirm: Option<PhysicsOptions>,
+    scorer: String,
     gripper: String,
     seed: u64,
     seconds: Option<f64>,
@@ -179,6 +183,7 @@ pub fn run(args: &RunArgs) -> Outcome<bool> {
         rule: o.own_rule()?,
         physics: o.model()?,
         confirm: o.confirmed_in()?,
+        scorer: o.scored_by()?,
         gripper: names.into_iter().collect::<Vec<_>>().join(", "),
         seed: o.seed,
         seconds: o.budget.seconds,
@@ -234,7 +239,7 @@ fn run_text(document: &Document) -> String {
     format!(
         "{table}\n{}: {} cases, {} trials; {} lost a body over the edge, {} at the cap on actions, {} without an action; \
          {} of {} bodies taken by {} grasps and {} pushes, {} of them blocked; of completed trials {} of grasps held, \
-         efficiency {}\n{} {} on {} {}{}, {} threads, seed {}, gripper {}; judge {} {}, friction +-{:.0} %, noise {:.1} mm \
+         efficiency {}\n{} {} on {} {}{}{}, {} threads, seed {}, gripper {}; judge {} {}, friction +-{:.0} %, noise {:.1} mm \
          {:.1} deg; jostle {}\n",
         report.planner,
         report.cases.len(),
@@ -253,6 +258,7 @@ fn run_text(document: &Document) -> String {
         format!("{:?}", document.variant).to_lowercase(),
         document.physics.engine,
         document.physics.preset,
+        if document.scorer == "geometric" { String::new() } else { format!(" scored by {}", document.scorer) },
         confirm.map(|p| format!(" confirmed in {} {}", p.engine, p.preset)).unwrap_or_default(),
         document.threads,
         document.seed,

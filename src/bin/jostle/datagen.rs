@@ -5,6 +5,7 @@ use std::sync::Arc;
 use jostle::datagen::{
     self, GraspDataParams, Manifest, PpnParams, PushParams, SceneParams, SegmentParams, ShapeFamily, StoreParams,
 };
+use jostle::net::{Kind, LoadOptions, Model};
 use jostle::physics::{PhysicsOptions, Purpose};
 use jostle::run::Stop;
 
@@ -40,7 +41,9 @@ fn ppn(args: &DatagenPpnArgs) -> Outcome<()> {
         FromArg::Mixed => SceneParams { bodies, ..SceneParams::default() },
     };
     let (sampler, scenes) = (args.sampler.clone(), scenes(&args.data, from));
-    let params = PpnParams { scenes, states: args.states, iterations: args.iterations, sampler, ..defaults };
+    let prior = args.prior.as_deref();
+    let prior = prior.map(|file| Model::open(file, Some(Kind::Ppn), &LoadOptions::default())).transpose()?;
+    let params = PpnParams { scenes, states: args.states, iterations: args.iterations, sampler, prior, ..defaults };
     make(&args.data, |family, store, progress| {
         datagen::ppn(&params, family, args.data.shape_seed, &args.data.folder, store, &Stop::never(), progress)
     })

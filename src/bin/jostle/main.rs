@@ -4,6 +4,7 @@
 //! and files end with exit status 2, failures with 1, both with one line on standard error.
 
 mod args;
+mod assess;
 mod bench_image;
 mod bench_net;
 mod bench_path;
@@ -25,6 +26,7 @@ mod rearrange;
 mod rearrange_suite;
 mod record;
 mod render;
+mod results;
 mod run;
 mod suites;
 mod table;
@@ -54,6 +56,7 @@ fn command() -> Outcome<()> {
     match cli.command {
         Command::Plan(args) => plan::run(&args),
         Command::Run(args) => run::run(&args),
+        Command::Results(args) => results::run(&args),
         Command::Generate(args) => generate::run(&args),
         Command::Fidelity(args) => fidelity::run(&args),
         Command::Record(args) => record::run(&args),
@@ -64,6 +67,7 @@ fn command() -> Outcome<()> {
         Command::Bench(BenchCommand::Net(args)) => bench_net::run(&args),
         Command::Bench(BenchCommand::Image(args)) => bench_image::run(&args),
         Command::Render(args) => render::run(&args),
+        Command::Assess(command) => assess::run(&command),
         Command::Datagen(command) => datagen::run(&command),
         Command::Model(args) => model::run(&args),
         Command::Observe(args) => observe::run(&args),

@@ -27,9 +27,9 @@ macro_rules! suites {
 suites! {
     "own-hard" More {
         "generated-122-1" "generated-122-10" "generated-122-11" "generated-122-12" "generated-122-13"
-        "generated-122-14" "generated-122-16" "generated-122-17" "generated-122-19" "generated-122-2"
+        "generated-122-14" "generated-122-15" "generated-122-16" "generated-122-17" "generated-122-19" "generated-122-2"
         "generated-122-21" "generated-122-22" "generated-122-23" "generated-122-24" "generated-122-27"
-        "generated-122-29" "generated-122-3" "generated-122-5" "generated-122-6" "generated-122-7" "generated-122-8"
+        "generated-122-3" "generated-122-5" "generated-122-6" "generated-122-7" "generated-122-8"
         "generated-122-9"
     }
     "own-confined" Pmbs {
@@ -39,9 +39,9 @@ suites! {
         "generated-120-6" "generated-120-7" "generated-120-8" "generated-120-9"
     }
     "deep" Pmbs {
-        "generated-320-112" "generated-320-137" "generated-320-138" "generated-320-141" "generated-320-150"
+        "generated-320-137" "generated-320-138" "generated-320-141" "generated-320-150"
         "generated-320-166" "generated-320-178" "generated-320-19" "generated-320-193" "generated-320-201"
-        "generated-320-214" "generated-320-218" "generated-320-231" "generated-320-242" "generated-320-46"
+        "generated-320-214" "generated-320-218" "generated-320-231" "generated-320-242" "generated-320-248" "generated-320-46"
         "generated-320-54" "generated-320-73" "generated-320-85" "generated-320-86" "generated-320-87"
     }
 }

@@ -13,6 +13,7 @@
 //!   worlds that differ by the noise of a camera. No push brings a body near the workspace's edge. Grasps are scored for
 //!   what Bullet shows of them: a short face holds, a turned body less well.
 
+use super::dipn_gn;
 use super::options::{ClearOptions, ClearRule, PushChoice, PushWorth};
 use crate::error::{Error, Result};
 use crate::grasp::{GraspParams, GraspScore};
@@ -29,7 +30,9 @@ pub(super) struct Recipe {
     pub confirm: Option<PhysicsOptions>,
     /// Name of the push sampler.
     pub sampler: &'static str,
-    /// How the geometric test scores grasps.
+    /// What says whether a body can be grasped: one of [`crate::grasp::SCORERS`].
+    pub scorer: String,
+    /// How the geometric test scores grasps, where it does.
     pub grasp: GraspParams,
 }
 
@@ -37,6 +40,7 @@ pub(super) struct Recipe {
 pub(super) fn recipe(options: &ClearOptions) -> Result<Recipe> {
     let mut recipe = match options.planner.as_str() {
         "greedy" => greedy(options)?,
+        "dipn_gn" => dipn_gn::recipe(options)?,
         "random_push" => baseline(options, PushChoice::Random)?,
         "grasp_only" => baseline(options, PushChoice::Never)?,
         other => {
@@ -55,13 +59,16 @@ pub(super) fn recipe(options: &ClearOptions) -> Result<Recipe> {
         Confirm::Off => recipe.confirm = None,
         Confirm::With(physics) => recipe.confirm = Some(physics.clone()),
     }
+    if let Some(scorer) = &options.scorer {
+        recipe.scorer.clone_from(scorer);
+    }
     if let Some(rule) = &options.rule {
         recipe.rule = rule.clone();
     }
     Ok(recipe)
 }
 
-fn greedy(options: &ClearOptions) -> Result<Recipe> {
+pub(super) fn greedy(options: &ClearOptions) -> Result<Recipe> {
     let published = ClearRule {
         choice: PushChoice::Judged,
         worth: PushWorth::MeanReward,
@@ -101,6 +108,7 @@ fn greedy(options: &ClearOptions) -> Result<Recipe> {
             Variant::Dissertation | Variant::Code => None,
         },
         sampler: "dense",
+        scorer: "geometric".into(),
         grasp: match options.variant {
             Variant::Tuned => GraspParams { score: tuned_score(), ..GraspParams::default() },
             Variant::Dissertation | Variant::Code => GraspParams::default(),

@@ -5,13 +5,15 @@ use serde::{Deserialize, Serialize};
 use super::greedy::{Recipe, recipe};
 use crate::action::SamplerParams;
 use crate::error::{Error, Result, check_range};
+use crate::grasp::check_scorer;
+use crate::net::Model;
 use crate::physics::{PhysicsOptions, Purpose};
 use crate::plan::{Confirm, GraspDecision, PlannerOptions, Variant};
 use crate::run::Budget;
 
-/// Planners of clearings, by id: ours and two baselines, one that pushes at random where no grasp is good enough, and
-/// one that never pushes.
-pub const CLEAR_PLANNERS: [&str; 3] = ["greedy", "random_push", "grasp_only"];
+/// Planners of clearings, by id: ours, the same decision by two networks, and two baselines, one that pushes at random
+/// where no grasp is good enough, and one that never pushes.
+pub const CLEAR_PLANNERS: [&str; 4] = ["greedy", "dipn_gn", "random_push", "grasp_only"];
 
 /// Where the pushes of a decision come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -106,6 +108,12 @@ pub struct ClearOptions {
     /// When a grasp is executed (tuned form and baselines), and from which score on a body counts as one that can be
     /// taken after a push.
     pub grasp: GraspDecision,
+    /// What says whether a body can be grasped: one of [`crate::grasp::SCORERS`]; the planner's own if absent.
+    pub scorer: Option<String>,
+    /// The scorer's network; the built-in one of the scorer's name if absent.
+    pub scorer_model: Option<Model>,
+    /// The network of the engine `dipn`; the one that its preset names if absent.
+    pub engine_model: Option<Model>,
     /// Limits of one decision: an iteration is one push simulated and judged. Without limits all that are sampled are.
     pub budget: Budget,
     pub seed: u64,
@@ -126,6 +134,9 @@ impl Default for ClearOptions {
             sampler_params: None,
             push_length: None,
             grasp: GraspDecision::default(),
+            scorer: None,
+            scorer_model: None,
+            engine_model: None,
             budget: Budget::default(),
             seed: 0,
             threads: 0,
@@ -146,6 +157,9 @@ impl ClearOptions {
             sampler_params: options.sampler_params,
             push_length: options.push_length,
             grasp: options.grasp,
+            scorer: options.scorer,
+            scorer_model: options.scorer_model,
+            engine_model: options.engine_model,
             budget: options.budget,
             seed: options.seed,
             threads: options.threads,
@@ -166,6 +180,11 @@ impl ClearOptions {
     /// The engine that the best pushes are tried in, if they are.
     pub fn confirmed_in(&self) -> Result<Option<PhysicsOptions>> {
         Ok(recipe(self)?.confirm)
+    }
+
+    /// What says whether a body can be grasped.
+    pub fn scored_by(&self) -> Result<String> {
+        Ok(recipe(self)?.scorer)
     }
 
     /// Sets the engine by name; what is absent is the planner's own, or what suits planning.
@@ -193,7 +212,8 @@ impl ClearOptions {
             check_range("push_length", length, 0.005..=0.5)?;
         }
         check_range("threads", self.threads as f64, 0.0..=1024.0)?;
-        let Recipe { rule, .. } = recipe(self)?;
+        let Recipe { rule, scorer, .. } = recipe(self)?;
+        check_scorer(&scorer)?;
         rule.validate()
     }
 }

@@ -4,11 +4,12 @@ use std::any::Any;
 use std::sync::Arc;
 
 use super::greedy::Recipe;
+use super::networks::ClearNetworks;
 use super::options::ClearOptions;
 use crate::action::{ContourSampler, PushSampler};
 use crate::error::Result;
 use crate::grasp::{GeometricScorer, GraspAssessment, Scorer};
-use crate::physics::{self, PushResult, Scratch as EngineScratch, Transition};
+use crate::physics::{PushResult, Scratch as EngineScratch, Transition};
 use crate::scene::{Mask, Scene, State};
 
 /// The parts behind the interfaces: a planner with networks has the same with others in their places.
@@ -36,13 +37,21 @@ pub(super) struct Scratch {
 }
 
 impl ClearParts {
-    pub(super) fn of_recipe(options: &ClearOptions, recipe: &Recipe, scene: &Arc<Scene>) -> Result<ClearParts> {
+    pub(super) fn of_recipe(
+        options: &ClearOptions,
+        recipe: &Recipe,
+        networks: &ClearNetworks,
+        scene: &Arc<Scene>,
+    ) -> Result<ClearParts> {
         Ok(ClearParts {
             scene: Arc::clone(scene),
-            engine: physics::engine(&recipe.physics, Arc::clone(scene))?,
-            confirming: recipe.confirm.as_ref().map(|p| physics::engine(p, Arc::clone(scene))).transpose()?,
+            engine: networks.engine(&recipe.physics, scene)?,
+            confirming: recipe.confirm.as_ref().map(|p| networks.confirming(p, scene)).transpose()?,
             sampler: Box::new(sampler(options, recipe)?.prepared(scene)),
-            scorer: Box::new(GeometricScorer::new(scene, recipe.grasp.clone())?),
+            scorer: match networks.scorer(&recipe.scorer, scene)? {
+                Some(learned) => learned,
+                None => Box::new(GeometricScorer::new(scene, recipe.grasp.clone())?),
+            },
         })
     }
 

@@ -3,6 +3,7 @@
 use std::sync::{Arc, Mutex};
 
 use super::greedy::{Recipe, recipe};
+use super::networks::ClearNetworks;
 use super::options::{ClearOptions, PushChoice, PushWorth};
 use super::outlook::{best, take_in_turn};
 use super::parts::{ClearParts, Scratch, sampler};
@@ -10,7 +11,7 @@ use super::pushes::{Candidate, Judged, Judging};
 use crate::action::{Action, Grasp, Push, SamplerScratch};
 use crate::error::Result;
 use crate::grasp::GraspAssessment;
-use crate::plan::{Control, Outcome, Plan, PlannedAction, RankedAction};
+use crate::plan::{Control, Outcome, OwnNetworks, Plan, PlannedAction, RankedAction};
 use crate::run::{Budget, Key, Pool, Stop, StopReason};
 use crate::scene::{Clearing, Mask, Scene, State};
 
@@ -30,6 +31,7 @@ pub struct ClearPlanner {
     options: ClearOptions,
     recipe: Recipe,
     pool: Pool,
+    networks: ClearNetworks,
     /// Parts of the caller's own.
     make: Option<Box<MakeParts>>,
     parts: Option<ClearParts>,
@@ -58,16 +60,24 @@ struct Chosen {
 }
 
 impl ClearPlanner {
-    /// Checks the options and starts the worker threads.
+    /// Checks the options, loads the networks that they name, and starts the worker threads.
     pub fn new(options: ClearOptions) -> Result<ClearPlanner> {
+        Self::with_networks(options, OwnNetworks::default())
+    }
+
+    /// The same with networks of the caller's own in place of those that the options name: `motion`, `graspability` and
+    /// `grasp_map` have a part here.
+    pub fn with_networks(options: ClearOptions, own: OwnNetworks) -> Result<ClearPlanner> {
         options.validate()?;
         let recipe = recipe(&options)?;
         sampler(&options, &recipe)?;
+        let networks = ClearNetworks::load(&options, &recipe, own)?;
         let pool = Pool::new(options.threads, "jostle")?;
         Ok(ClearPlanner {
             options,
             recipe,
             pool,
+            networks,
             make: None,
             parts: None,
             scratches: Vec::new(),
@@ -178,7 +188,7 @@ impl ClearPlanner {
             }
             let parts = match &self.make {
                 Some(make) => make(&problem.scene)?,
-                None => ClearParts::of_recipe(&self.options, &self.recipe, &problem.scene)?,
+                None => ClearParts::of_recipe(&self.options, &self.recipe, &self.networks, &problem.scene)?,
             };
             self.scratches = (0..self.pool.workers()).map(|_| Mutex::new(parts.new_scratch())).collect();
             self.parts = Some(parts);

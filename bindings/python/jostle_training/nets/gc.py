@@ -3,6 +3,8 @@
 import torch
 from torch import nn
 
+from .jaw import Judge, Window
+
 INPUTS = ("image",)
 OUTPUTS = ("probability",)
 
@@ -14,37 +16,24 @@ def layer(a, b, kernel=3, stride=1, dilation=1):
     return nn.Sequential(nn.Conv2d(a, b, kernel, stride, pad, dilation, bias=False), nn.BatchNorm2d(b), nn.ReLU())
 
 
-def prepared(image):
-    """Height and target, and the height of what is not the target: the obstacles to the fingers."""
-    height = image[:, :1] * HEIGHT
-    target = image[:, 1:]
-    return torch.cat([height, target, height * (1 - target)], 1)
-
-
 class Gc(nn.Module):
-    """A plain network of convolutions. A coarse map (8 mm cells, 16 angles) is an output in training only, where it is
-    taught from the grasp map; the probability is read from the best places. Where a place lies in the image matters,
-    because the grasp test looks for grasps near the target's centre only."""
+    """Looks at the image as GN does (`jaw.py`), but coarsely: cells of 8 mm within 4 cm of the target's middle. The most
+    that any place and angle says, feature by feature, is the answer. Whether a cell has a grasp is an output in training
+    only."""
 
-    CELLS = 28
+    HALF = 5
 
-    def __init__(self, width=16, middle=24):
+    def __init__(self, obstacles=16, target=24, both=(24,), features=8):
         super().__init__()
-        w, m = width, middle
-        self.stem = nn.Sequential(layer(3, w, 5, 2), layer(w, m, 3, 2))
-        at = (torch.arange(self.CELLS) + 0.5) / (self.CELLS / 2) - 1
-        x, y = at.expand(self.CELLS, -1), at[:, None].expand(-1, self.CELLS)
-        self.register_buffer("at", torch.stack([x, y, x.abs(), y.abs(), x * x + y * y])[None], persistent=False)
-        self.place = nn.Conv2d(5, m, 1)
-        self.trunk = nn.Sequential(layer(m, m), layer(m, m, 3, 1, 2), layer(m, m), layer(m, m, 3, 1, 2))
-        self.map = nn.Conv2d(m, 16, 1)
-        self.score = nn.Sequential(nn.Linear(m + 16, 32), nn.ReLU(), nn.Linear(32, 1))
+        target_taps = (48, 24, (30.0, 42.0))
+        self.window = Window(cell=8, step=2, spacing=6, half=self.HALF, obstacles=(60, 15), target=target_taps)
+        self.judge = Judge(self.window.sizes, obstacles, target, both, features)
+        self.score = nn.Sequential(nn.Linear(features, 16), nn.ReLU(), nn.Linear(16, 1))
 
     def logits(self, image):
-        x = self.trunk(self.stem(prepared(image)) + self.place(self.at))
-        coarse = self.map(x)
-        best = torch.cat([x.amax((2, 3)), coarse.amax((2, 3))], 1)
-        return self.score(best).squeeze(-1), coarse
+        """Of the image, and of each angle and cell: [B], [B,16,10,10]."""
+        found = self.judge.columns(*self.window(image))
+        return self.score(found.amax((1, 3))).squeeze(-1), found[:, :, 0].unflatten(-1, (2 * self.HALF, 2 * self.HALF))
 
     def forward(self, image):
         return torch.sigmoid(self.logits(image)[0])

@@ -4,44 +4,34 @@ import math
 
 import torch
 from torch import nn
+from torch.nn import functional
 
-from .gc import HEIGHT, layer, prepared
+from .gc import HEIGHT, layer
+from .jaw import ANGLES, Judge, Window
 from .raster import ResNetPyramid
 
 INPUTS = ("image",)
 OUTPUTS = ("quality",)
 
-ANGLES = 16
-
 
 class Gn(nn.Module):
-    """A U-Net in one pass: 16 angles are 16 channels, at half of the image's resolution."""
+    """One window at each cell of 4 mm within 4 cm of the target's middle and at each angle, judged by the same weights
+    (`jaw.py`). Farther out the quality is 0."""
 
-    def __init__(self, width=16):
+    CELLS, HALF = 56, 10
+
+    def __init__(self, obstacles=32, target=64, both=(64, 32)):
         super().__init__()
-        w = width
-        self.stem = nn.Sequential(layer(3, w, 5, 2), layer(w, w))
-        self.down1 = nn.Sequential(layer(w, 3 * w // 2, 3, 2), layer(3 * w // 2, 3 * w // 2))
-        self.down2 = nn.Sequential(layer(3 * w // 2, 2 * w, 3, 2), layer(2 * w, 2 * w), layer(2 * w, 2 * w, 3, 1, 2))
-        self.up1 = nn.ConvTranspose2d(2 * w, 3 * w // 2, 2, 2)
-        self.join1 = nn.Sequential(layer(3 * w, 3 * w // 2), layer(3 * w // 2, 3 * w // 2))
-        self.up2 = nn.ConvTranspose2d(3 * w // 2, w, 2, 2)
-        self.join2 = nn.Sequential(layer(2 * w, w), layer(w, w))
-        self.out = nn.Conv2d(w, ANGLES, 1)
-        # A grasp of the target has its centre within 2 cm of it: it lies between fingers 85 mm apart.
-        self.near = nn.Sequential(nn.MaxPool2d((22, 1), (2, 1), (10, 0)), nn.MaxPool2d((1, 22), (1, 2), (0, 10)))
-        nn.init.constant_(self.out.bias, -3.0)
-
-    def logits(self, image):
-        a = self.stem(prepared(image))
-        b = self.down1(a)
-        c = self.down2(b)
-        b = self.join1(torch.cat([self.up1(c), b], 1))
-        a = self.join2(torch.cat([self.up2(b), a], 1))
-        return self.out(a) - 12 * (1 - self.near(image[:, 1:]))
+        # The far rows show where the body ends.
+        target_taps = (48, 24, (28.0, 36.0, 44.0))
+        self.window = Window(cell=4, step=1, spacing=4, half=self.HALF, obstacles=(60, 16), target=target_taps)
+        self.judge = Judge(self.window.sizes, obstacles, target, both, 1)
+        nn.init.constant_(self.judge.out.bias, -2.0)
 
     def forward(self, image):
-        return torch.sigmoid(self.logits(image))
+        side, edge = 2 * self.HALF, self.CELLS // 2 - self.HALF
+        quality = torch.sigmoid(self.judge.columns(*self.window(image)))
+        return functional.pad(quality.reshape(-1, ANGLES, side, side), (edge, edge, edge, edge))
 
 
 class ReferenceGn(nn.Module):

@@ -27,7 +27,8 @@ class Segmentation(nn.Module):
         self.join = nn.ModuleList(layer(2 * w << k, w << k) for k in range(3))
         self.out = nn.ConvTranspose2d(w, 4, 2, 2)
 
-    def forward(self, image):
+    def maps(self, image):
+        """Logits of foreground and heat [B,224,224], and the way to the centre in metres [B,2,224,224]."""
         levels = [self.stem(image * HEIGHT)]
         for down in self.down:
             levels.append(down(levels[-1]))
@@ -35,7 +36,28 @@ class Segmentation(nn.Module):
         for k in (2, 1, 0):
             x = self.join[k](torch.cat([self.up[k](x), levels[k]], 1))
         x = self.out(x)
-        return torch.sigmoid(x[:, 0]), torch.sigmoid(x[:, 1]), torch.tanh(x[:, 2:]) * REACH
+        return x[:, 0], x[:, 1], torch.tanh(x[:, 2:]) * REACH
+
+    def forward(self, image):
+        foreground, heat, offset = self.maps(image)
+        return torch.sigmoid(foreground), torch.sigmoid(heat), offset
+
+
+def group(foreground, heat, offset, least=0.5, score=0.3, radius=4, pixel=0.002, pixels=20):
+    """Labels of one image [224,224] as the library makes them of the outputs: 0 is the table. The centres are where the
+    heat is greatest within `radius`; a pixel belongs to the centre that it points to."""
+    there = foreground >= least
+    most = nn.functional.max_pool2d(heat[None, None], 2 * radius + 1, 1, radius)[0, 0]
+    row, col = torch.nonzero((heat >= most) & (heat >= score) & there, as_tuple=True)
+    labels = torch.zeros(heat.shape, dtype=torch.long)
+    if len(row):
+        at = torch.arange(heat.shape[-1])
+        x, y = at + offset[0] / pixel, at[:, None] + offset[1] / pixel
+        distance = (x[..., None] - col) ** 2 + (y[..., None] - row) ** 2
+        labels = torch.where(there, distance.argmin(-1) + 1, 0)
+        counts = torch.bincount(labels.flatten(), minlength=len(row) + 1)
+        labels = torch.where(counts[labels] >= pixels, labels, 0)
+    return labels
 
 
 def build(profile="fast", **options):

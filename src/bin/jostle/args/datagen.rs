@@ -59,6 +59,9 @@ pub struct DatagenPpnArgs {
     /// Iterations of a search
     #[arg(long, default_value_t = 300, value_name = "N")]
     pub iterations: u64,
+    /// A network of kind ppn that guides the search: a file, or the name of a built-in one [default: none guides it]
+    #[arg(long, value_name = "NETWORK")]
+    pub prior: Option<String>,
     /// Push sampler
     #[arg(long, default_value = "more", value_name = "NAME")]
     pub sampler: String,

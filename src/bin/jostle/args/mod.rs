@@ -10,11 +10,15 @@ use jostle::scene::arc::ArcProfile;
 
 use crate::output::{Failure, Outcome};
 
+mod assess;
 mod datagen;
 mod planner;
+mod results;
 
+pub use assess::*;
 pub use datagen::*;
 pub use planner::*;
+pub use results::*;
 
 /// Plans for robots that push and grasp in clutter.
 #[derive(Debug, Parser)]
@@ -30,6 +34,8 @@ pub enum Command {
     Plan(PlanArgs),
     /// Run a planner in closed loop over a suite of problems, against a judge that differs from its model
     Run(RunArgs),
+    /// Run a list of experiments and write the results document; goes on where an earlier run ended
+    Results(ResultsArgs),
     /// Write random problems that cannot be solved by a grasp alone
     Generate(GenerateArgs),
     /// Compare an engine with recorded pushes
@@ -47,6 +53,9 @@ pub enum Command {
     Observe(ObserveArgs),
     /// Say what a network's file is and check it; without a file, list the built-in networks and what runs them
     Model(ModelArgs),
+    /// Hold networks against engines in scenes and shapes that no training saw
+    #[command(subcommand)]
+    Assess(AssessCommand),
     /// Make training data for the networks: shards of tensors and a manifest; goes on where an earlier run ended
     #[command(subcommand)]
     Datagen(DatagenCommand),

@@ -8,6 +8,7 @@ use jostle::physics::{EngineInfo, PhysicsOptions, Purpose};
 use jostle::plan::{PlannerOptions, Variant};
 use jostle::run::Budget;
 use jostle::scene::Gripper;
+use jostle::search::{Params, Selection};
 
 use crate::output::{Failure, Outcome};
 
@@ -16,7 +17,7 @@ use crate::output::{Failure, Outcome};
 pub struct PlannerArgs {
     /// The planner: hedge (fewest actions on average), pmbs (parallel waves), mcts (serial), more (guided by ppn), ppn (that
     /// network alone), vft (foresight by dipn), dipn (one push ahead); for rearrangements untangle, pmmr or hbfs; to clear a
-    /// table greedy, or a baseline: random_push or grasp_only
+    /// table greedy, dipn_gn (the same by two networks), or a baseline: random_push or grasp_only
     #[arg(long, default_value = "hedge", value_name = "NAME")]
     pub planner: String,
     #[command(flatten)]
@@ -62,6 +63,10 @@ pub struct PlannerArgs {
     /// Greatest number of pushes in a plan [default: the planner's own]
     #[arg(long, value_name = "N")]
     pub max_depth: Option<u32>,
+    /// Weight of exploration, c in the search's upper confidence bounds: 0 trusts the returns alone, inf the visits
+    /// alone [default: the planner's own]
+    #[arg(long, value_name = "C", allow_negative_numbers = true)]
+    pub exploration: Option<f64>,
 }
 
 /// The engine of the planner's model.
@@ -109,24 +114,42 @@ impl PlannerArgs {
         };
         options.set_physics(self.physics.physics.as_deref(), self.physics.preset.as_deref())?;
         options.set_confirm(self.confirm.as_deref())?;
-        if let Some(scorer) = &self.scorer {
-            let (name, file) = name_and_file(scorer);
-            check_scorer(name)?;
-            options.scorer = Some(name.into());
-            options.scorer_model = file.map(|file| network("scorer", name, file)).transpose()?;
-        }
+        (options.scorer, options.scorer_model) = self.scorer()?;
         if let Some(prior) = &self.prior {
             let (name, file) = name_and_file(prior);
             options.prior = Some(name.into());
             options.prior_model = file.map(|file| network("prior", name, file)).transpose()?;
         }
+        if let Some(exploration) = self.exploration {
+            options.search = Some(with_exploration(options.search_params()?, exploration)?);
+        }
         options.validate()?;
         Ok(options)
+    }
+
+    /// The scorer's name, and a network of one's own for it.
+    pub fn scorer(&self) -> Outcome<(Option<String>, Option<Model>)> {
+        let Some(scorer) = &self.scorer else { return Ok((None, None)) };
+        let (name, file) = name_and_file(scorer);
+        check_scorer(name)?;
+        Ok((Some(name.into()), file.map(|file| network("scorer", name, file)).transpose()?))
     }
 
     pub fn gripper(&self) -> Outcome<Option<Gripper>> {
         Ok(self.gripper.as_deref().map(Gripper::by_name).transpose()?)
     }
+}
+
+/// The search with another weight of exploration.
+fn with_exploration(mut search: Params, exploration: f64) -> Outcome<Params> {
+    match &mut search.selection {
+        // Beside this weight no return shows.
+        Selection::Ucb { exploration: own, .. } => *own = if exploration == f64::INFINITY { 1e9 } else { exploration },
+        Selection::Guided { .. } => {
+            return Err(Failure::usage("exploration: this planner is guided by its prior and explores by no weight"));
+        }
+    }
+    Ok(search)
 }
 
 fn name_and_file(text: &str) -> (&str, Option<&str>) {
