@@ -323,10 +323,7 @@ impl Rows {
         );
         self.change = change;
         self.ground_normals(s);
-        self.each_pair(
-            #[inline(always)]
-            |row, a, b| kernel::body_friction(row, a, b),
-        );
+        self.each_pair(kernel::body_friction);
         self.ground_frictions(s);
         self.sweeps += 1;
     }
