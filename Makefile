@@ -48,7 +48,7 @@ MODELS  ?= dipn gc gn ppn
 MORE_LOOP ?=
 
 .PHONY: help setup setup-test build demo test build-tests test-rust test-headers test-consumer test-tract lint format bench \
-        models more-loop test-training install uninstall clean
+        results models more-loop test-training install uninstall clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1|\2/p' $(MAKEFILE_LIST) | awk -F'|' '{ printf "%-22s %s\n", $$1, $$2 }'
@@ -116,6 +116,11 @@ bench: build ## figures that need no data from outside (docs/benchmarks.md), int
 	$(JOSTLE) run generated:$(BENCH_PROBLEMS) --planner mcts --seconds $(BENCH_SECONDS) --trials $(BENCH_TRIALS) \
 	    --json $(OUT)/generated-mcts.json
 	@echo "The reports lie in $(OUT)/"
+
+# RESULTS_FLAGS=--dry-run lists what it would do; interrupted, it goes on where it ended (docs/benchmarks.md).
+results: setup-test ## every experiment of bench/results.toml into RESULTS.md and its pictures (under an hour on two cores)
+	@$(MAKE) --no-print-directory FEATURES=cli,bullet build
+	$(JOSTLE) results -o RESULTS.md $(RESULTS_FLAGS)
 
 test-training: ## the training package: ten steps, export and parity of every network (needs torch)
 	@if $(PYTHON) -c 'import torch, onnx, onnxruntime, safetensors, shapely' 2>/dev/null; then \

@@ -495,6 +495,65 @@ fn a_scene_is_observed_as_an_image() {
     assert_eq!(u16::from_be_bytes([heights[at], heights[at + 1]]), 450);
 }
 
+#[test]
+fn a_list_of_experiments_becomes_a_document_and_goes_on_where_it_ended() {
+    let folder = Folder::new();
+    std::fs::create_dir_all(folder.path("suite")).unwrap();
+    folder.scene("suite/two.json");
+    let row = |id: &str, planner: &str, more: &str| {
+        format!(
+            "[[row]]\nid = \"{id}\"\nsection = \"s\"\nsuite = \"two\"\nplanner = \"{planner}\"\ntrials = 2\nseconds = 1\n\
+             options = \"--iterations 20 --judge rapier\"\n{more}\n"
+        )
+    };
+    let list = format!(
+        "[[suite]]\nid = \"two\"\npath = \"{}\"\nof = 3\n[[suite]]\nid = \"away\"\npath = \"{}\"\n\
+         [[section]]\nid = \"s\"\ntitle = \"Two\"\nkind = \"retrieval\"\n\
+         [[plot]]\nid = \"p\"\nsection = \"s\"\ntitle = \"Two\"\nx = \"n\"\ny = \"actions\"\n{}{}{}",
+        folder.path("suite"),
+        folder.path("away"),
+        row("a", "mcts", "published = { of = \"X\", actions = 1.25 }\npoint = { series = \"a\", x = 20 }"),
+        row("b", "no_such_planner", ""),
+        row("c", "mcts", "").replace("suite = \"two\"", "suite = \"away\""),
+    );
+    let (file, document) = (folder.path("list.toml"), folder.path("RESULTS.md"));
+    std::fs::write(&file, &list).unwrap();
+    let (kept, plots) = (folder.path("kept"), folder.path("plots"));
+    let args = |more: &[&'static str]| -> Vec<String> {
+        let own = ["results", "--list", &file, "-o", &document, "--kept", &kept, "--plots", &plots];
+        own.into_iter().chain(more.iter().copied()).map(String::from).collect()
+    };
+    let run = |more: &[&'static str]| {
+        let args = args(more);
+        let output = jostle(&args.iter().map(String::as_str).collect::<Vec<_>>());
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap())
+    };
+    let (plan, _) = run(&["--dry-run"]);
+    assert!(plan.contains("2 rows to measure") && plan.contains("the suite away is not here"), "{plan}");
+    assert!(!Path::new(&document).exists());
+
+    let (_, progress) = run(&[]);
+    assert!(progress.contains("a: actions 1.00, completed 100 %") && progress.contains("[2/2]"), "{progress}");
+    let text = std::fs::read_to_string(&document).unwrap();
+    assert!(text.contains("1 of 3 rows are measured") && text.contains("| X | 1.00 | 1.25 | 100 % |"), "{text}");
+    assert!(text.contains("*not available: planner: no planner is named `no_such_planner`"), "{text}");
+    assert!(std::fs::read_to_string(folder.path("plots/p.svg")).unwrap().starts_with("<svg"));
+
+    // The row that is there is kept; the one that was refused is tried again.
+    let (_, progress) = run(&[]);
+    assert!(progress.contains("1 rows to measure") && progress.contains("[1/1] b: not available"), "{progress}");
+    assert_eq!(std::fs::read_to_string(&document).unwrap(), text);
+    std::fs::remove_file(&document).unwrap();
+    run(&["--document"]);
+    assert!(std::fs::read_to_string(&document).unwrap().contains("| X | 1.00 | 1.25 | 100 % |"));
+
+    std::fs::write(&file, list.replace("trials = 2", "trials = true")).unwrap();
+    let args = args(&[]);
+    let line = failure(2, &args.iter().map(String::as_str).collect::<Vec<_>>());
+    assert!(line.ends_with("list.toml: row `a`: trials: is true or false; it must be a number"), "{line}");
+}
+
 /// `docs/cli.md` is this text; run with `UPDATE_DOCS=1` to write it anew.
 #[test]
 fn the_document_holds_the_help() {
@@ -507,6 +566,7 @@ fn the_document_holds_the_help() {
         "",
         "plan",
         "run",
+        "results",
         "generate",
         "generate rearrange",
         "fidelity",

@@ -82,28 +82,36 @@ fn a_second_batch_allocates_nothing() {
 
 #[test]
 fn a_chain_longer_than_any_fixed_list_is_pushed_whole() {
-    // 100 blocks in a row, pushed from one end: 200 and more contacts, each of which has to hold.
-    let mut builder = SceneBuilder::new();
-    for _ in 0..100 {
-        builder.add_body(BodyDef::new(Shape::rectangle(0.02, 0.04))).unwrap();
-    }
-    let scene = Arc::new(builder.build().unwrap());
-    let state = State::new((0..100).map(|i| Pose2::new(f64::from(i) * 0.0205, 0.0, 0.0)));
-    for settings in [PlanarSettings::fast(), PlanarSettings::fine()] {
+    // 100 blocks in a row, pushed from one end: 200 and more contacts, each of which has to hold. In `fast` so long a row
+    // buckles, as its steps are not solved to the end; a shorter one is pushed straight.
+    let side = 0.02;
+    for (settings, count, straight) in
+        [(PlanarSettings::fine(), 100, true), (PlanarSettings::fast(), 20, true), (PlanarSettings::fast(), 100, false)]
+    {
+        let mut builder = SceneBuilder::new();
+        for _ in 0..count {
+            builder.add_body(BodyDef::new(Shape::rectangle(side, 0.04))).unwrap();
+        }
+        let scene = Arc::new(builder.build().unwrap());
+        let state = State::new((0..count).map(|i| Pose2::new(i as f64 * 0.0205, 0.0, 0.0)));
         let engine = Planar::new(Arc::clone(&scene), settings).unwrap();
         let push = Push::new(vec2(-0.03, 0.0), vec2(0.1, 0.0));
         let after = run(&engine, &mut engine.scratch(), &state, &[push]).remove(0).state;
         // The front of the tip ends at 0.111; half the gaps close, the borders.
         assert!(after.pose(0).x > 0.115, "{:?}", after.pose(0));
-        let last = after.pose(99).x - state.pose(99).x;
+        let last = after.pose(count - 1).x - state.pose(count - 1).x;
         assert!(last > 0.05, "the last block moved {last}");
-        // So long a row may buckle, but no body ends within its neighbour.
         let footprint = &scene.body(0).footprint;
-        let mut least = f64::MAX;
-        for i in 1..100 {
-            least = least.min(pieces_gap_below(footprint, &after.pose(i), footprint, &after.pose(i - 1), 0.01));
+        for i in 1..count {
+            let (a, b) = (after.pose(i - 1), after.pose(i));
+            let gap = pieces_gap_below(footprint, &b, footprint, &a, 0.01);
+            assert!(gap > -0.001, "{i} of {count} ends {gap} in its neighbour");
+            let pitch = b.x - a.x;
+            assert!(
+                !straight || (side..side + 0.0015).contains(&pitch),
+                "{i} of {count} is {pitch} from its neighbour"
+            );
         }
-        assert!(least > -0.001, "two of them overlap by {least}");
     }
 }
 
@@ -167,8 +175,8 @@ fn the_heavier_of_two_blocks_gives_way_less() {
     assert!(turns[0].abs() < 0.02 && turns[1] > 0.1 && turns[2] < -0.1, "{turns:?}");
 }
 
-/// How deep bodies may end in each other (a step of `fast`), and how far a push may carry one beyond its length, metres.
-const DEEPEST: f64 = 0.006;
+/// How deep bodies may end in each other, and how far a push may carry one beyond its length, metres.
+const DEEPEST: f64 = 0.001;
 const FARTHEST: f64 = 0.04;
 
 /// `SOAK=1000000 cargo test --release --test planar_engine soak -- --nocapture` runs as many pushes.

@@ -61,7 +61,7 @@ fn hopeless() -> Problem {
 
 /// A generated scene that takes two pushes.
 fn deep() -> Problem {
-    clutter(2)
+    clutter(1)
 }
 
 /// A generated scene whose target cannot be grasped as it stands.

@@ -9,6 +9,7 @@ use super::suite::{Refused, Suite};
 use crate::error::Result;
 use crate::physics::PhysicsOptions;
 use crate::plan::{Control, Variant};
+use crate::search::Selection;
 
 /// A serializable copy of what was asked.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -30,6 +31,8 @@ pub struct Configuration {
     pub solved_score: f64,
     pub lanes: Option<usize>,
     pub max_depth: Option<u32>,
+    /// Weight of exploration in the search's upper confidence bounds; none where a prior guides it.
+    pub exploration: Option<f64>,
     pub threads: usize,
     pub seed: u64,
     pub trials: u64,
@@ -63,6 +66,10 @@ impl Configuration {
             solved_score: p.grasp.solved_score,
             lanes: p.lanes,
             max_depth: p.max_depth,
+            exploration: match p.search_params()?.selection {
+                Selection::Ucb { exploration, .. } => Some(exploration),
+                Selection::Guided { .. } => None,
+            },
             threads: p.threads,
             seed: p.seed,
             trials: options.trials,

@@ -26,7 +26,7 @@ pub use body::{Body, BodyDef, MAX_BODIES};
 pub use clearing::Clearing;
 pub use file::{AnyProblem, SCENE_VERSION};
 pub use gripper::{Grasper, Gripper, PushTip};
-pub use rearrangement::{CONTACT_SLACK, Goal, Rearrangement};
+pub use rearrangement::{CONTACT_SLACK, Goal, PLACE_SLACK, Rearrangement};
 pub use state::{BodyPose, Mask, State};
 pub use uncertainty::Uncertainty;
 pub use workspace::{LeaveRule, LeaveScope, Workspace};

@@ -14,6 +14,10 @@ use crate::geom::{Pose2, Shape, normalize_angle, pieces_gap_below};
 /// Two bodies that share no more than this depth touch and do not overlap, metres. States store single precision: on
 /// a table of a metre a pose is known to 0.1 micrometres.
 pub const CONTACT_SLACK: f64 = 1e-5;
+/// What planners allow themselves of it, and less what goals may: so rounding never decides whether a plan is valid, or
+/// whether there is one.
+pub const PLACE_SLACK: f64 = 0.75 * CONTACT_SLACK;
+const GOAL_SLACK: f64 = 0.5 * CONTACT_SLACK;
 
 /// Where a body is wanted.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -147,13 +151,13 @@ impl Rearrangement {
             }
         }
         let start = |body: usize| Some(self.start.pose(body));
-        self.check_overlap("poses", start)?;
+        self.check_overlap("poses", CONTACT_SLACK, start)?;
         // Where a body must be in the end: its goal, or where it is if it cannot move.
         let end = |body: usize| match &self.goals[body] {
             Some(goal) => Some(goal.pose),
             None => (!scene.body(body).movable()).then(|| self.start.pose(body)),
         };
-        self.check_overlap("goals", end)
+        self.check_overlap("goals", GOAL_SLACK, end)
     }
 
     fn check_pose(&self, field: &str, body: usize, pose: &Pose2) -> Result<()> {
@@ -166,13 +170,13 @@ impl Rearrangement {
         Ok(())
     }
 
-    fn check_overlap(&self, field: &str, pose: impl Fn(usize) -> Option<Pose2>) -> Result<()> {
+    fn check_overlap(&self, field: &str, slack: f64, pose: impl Fn(usize) -> Option<Pose2>) -> Result<()> {
         let bodies = self.scene.bodies();
         for i in 0..bodies.len() {
             for j in 0..i {
                 let (Some(pi), Some(pj)) = (pose(i), pose(j)) else { continue };
                 let gap = pieces_gap_below(&bodies[i].footprint, &pi, &bodies[j].footprint, &pj, 0.0);
-                if gap < -CONTACT_SLACK {
+                if gap < -slack {
                     let (a, b) = (&bodies[i].name, &bodies[j].name);
                     let reason = format!("`{a}` overlaps `{b}` by {:.2} mm; move them apart", -gap * 1e3);
                     return Err(Error::argument(format!("{field}[{i}]"), reason));

@@ -26,6 +26,7 @@ mod rearrange;
 mod rearrange_suite;
 mod record;
 mod render;
+mod results;
 mod run;
 mod suites;
 mod table;
@@ -55,6 +56,7 @@ fn command() -> Outcome<()> {
     match cli.command {
         Command::Plan(args) => plan::run(&args),
         Command::Run(args) => run::run(&args),
+        Command::Results(args) => results::run(&args),
         Command::Generate(args) => generate::run(&args),
         Command::Fidelity(args) => fidelity::run(&args),
         Command::Record(args) => record::run(&args),

@@ -248,6 +248,7 @@ struct Document {
     threads: usize,
     open_loop: bool,
     trials: u64,
+    max_actions: usize,
     version: &'static str,
     machine: Machine,
 }
@@ -285,6 +286,7 @@ pub fn run(args: &RunArgs) -> Outcome<bool> {
         threads: o.threads,
         open_loop: config.open_loop,
         trials: config.trials,
+        max_actions: config.max_actions,
         version: env!("CARGO_PKG_VERSION"),
         machine: Machine::this(),
         report,

@@ -173,6 +173,8 @@ impl Lane {
                 return false;
             }
             if !self.contacts.is_empty() {
+                let settings = shared.settings;
+                let share = if self.steps_left > 0 { settings.tolerance } else { settings.clean_up_tolerance };
                 *cursor = Cursor {
                     partial: 0,
                     first: 0,
@@ -181,7 +183,7 @@ impl Lane {
                     len: self.contacts.len() as u32,
                     sweeps: 0,
                     most_sweeps: most_sweeps(shared, self.contacts.len()),
-                    tolerance: shared.settings.tolerance as f32 * self.travel,
+                    tolerance: share as f32 * self.travel,
                     change: 0.0,
                     last_change: f32::MAX,
                     momentum: 0.0,

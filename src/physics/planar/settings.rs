@@ -34,6 +34,8 @@ pub struct PlanarSettings {
     pub correction: f64,
     /// Steps with a still tip at the end of a push, at most: they push out what overlap is left.
     pub clean_up_steps: usize,
+    /// `tolerance` of these steps: a light body between heavy ones yields slowly, by little in each sweep.
+    pub clean_up_tolerance: f64,
     /// Two bodies, borders included, may overlap by this at the end of a push without such steps, metres.
     pub clean_up_overlap: f64,
     /// Collision border round every body, metres (Bullet's hull margin of 1 mm). Where neighbours are nearer than two
@@ -73,6 +75,7 @@ impl PlanarSettings {
             reach: 0.001,
             correction: 0.8,
             clean_up_steps: 40,
+            clean_up_tolerance: 0.005,
             clean_up_overlap: 0.0005,
             border: 0.001,
             torque_ratio: 1.5,
@@ -117,6 +120,7 @@ impl PlanarSettings {
         check_range("physics.reach", self.reach, 0.0..=0.02)?;
         check_range("physics.correction", self.correction, 0.0..=1.0)?;
         check_range("physics.clean_up_steps", self.clean_up_steps as f64, 0.0..=1000.0)?;
+        check_range("physics.clean_up_tolerance", self.clean_up_tolerance, 0.0..=1.0)?;
         check_range("physics.clean_up_overlap", self.clean_up_overlap, 0.0..=0.01)?;
         check_range("physics.border", self.border, 0.0..=0.02)?;
         check_positive("physics.torque_ratio", self.torque_ratio)?;

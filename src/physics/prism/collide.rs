@@ -21,6 +21,14 @@ pub struct Touch {
     pub gap: Real,
 }
 
+impl Touch {
+    /// The same of the second piece and the first.
+    fn turned(self) -> Touch {
+        let ([x, y], [p, q]) = (self.normal, self.points);
+        Touch { normal: [-x, -y], points: [q, p], gap: self.gap }
+    }
+}
+
 #[inline]
 pub fn dot(a: Flat, b: Flat) -> Real {
     a[0] * b[0] + a[1] * b[1]
@@ -39,8 +47,8 @@ pub fn along(a: Flat, d: Flat, t: Real) -> Flat {
 /// Edges of the two pieces that parted them farthest when they were last looked at: they will mostly do so again.
 pub type Axes = [u16; 2];
 
-/// The nearest points where the gap is less than `reach`.
-pub fn touch(a: Outline<'_>, b: Outline<'_>, reach: Real, axes: &mut Axes) -> Option<Touch> {
+/// The nearest points where the gap is less than `reach`; else a bound on the gap from below.
+pub fn touch(a: Outline<'_>, b: Outline<'_>, reach: Real, axes: &mut Axes) -> Result<Touch, Real> {
     match (a, b) {
         (Outline::Polygon { corners, normals, middle }, Outline::Polygon { corners: c, normals: n, middle: m }) => {
             polygons(Polygon { corners, normals, middle }, Polygon { corners: c, normals: n, middle: m }, reach, axes)
@@ -49,17 +57,13 @@ pub fn touch(a: Outline<'_>, b: Outline<'_>, reach: Real, axes: &mut Axes) -> Op
             polygon_disc(corners, normals, centre, reach)
         }
         (Outline::Disc(centre), Outline::Polygon { corners, normals, .. }) => {
-            polygon_disc(corners, normals, centre, reach).map(|t| Touch {
-                normal: [-t.normal[0], -t.normal[1]],
-                points: [t.points[1], t.points[0]],
-                gap: t.gap,
-            })
+            polygon_disc(corners, normals, centre, reach).map(Touch::turned)
         }
         (Outline::Disc(a), Outline::Disc(b)) => {
             let d = sub(b, a);
             let distance = dot(d, d).sqrt();
             let normal = if distance > 0.0 { [d[0] / distance, d[1] / distance] } else { [1.0, 0.0] };
-            (distance < reach).then_some(Touch { normal, points: [a, b], gap: distance })
+            if distance < reach { Ok(Touch { normal, points: [a, b], gap: distance }) } else { Err(distance) }
         }
     }
 }
@@ -115,36 +119,32 @@ impl Polygon<'_> {
     }
 }
 
-fn polygons(a: Polygon<'_>, b: Polygon<'_>, reach: Real, axes: &mut Axes) -> Option<Touch> {
+fn polygons(a: Polygon<'_>, b: Polygon<'_>, reach: Real, axes: &mut Axes) -> Result<Touch, Real> {
     let [hint_a, hint_b] = axes.map(usize::from);
     let face_b = b.face(hint_b, a.corners);
     if face_b.gap >= reach {
-        return None;
+        return Err(face_b.gap);
     }
     let face_a = a.farthest(&b, a.face(hint_a, b.corners), Real::NEG_INFINITY, reach);
     axes[0] = face_a.edge as u16;
     if face_a.gap >= reach {
-        return None;
+        return Err(face_a.gap);
     }
     let face_b = b.farthest(&a, face_b, face_a.gap, reach);
     axes[1] = face_b.edge as u16;
     if face_b.gap >= reach {
-        return None;
+        return Err(face_b.gap);
     }
     // Where both do as well the first piece's face is taken, so that it does not change with every rounding.
     if face_a.gap + 1e-6 >= face_b.gap {
         edge_against(a, b, face_a, reach)
     } else {
-        edge_against(b, a, face_b, reach).map(|t| Touch {
-            normal: [-t.normal[0], -t.normal[1]],
-            points: [t.points[1], t.points[0]],
-            gap: t.gap,
-        })
+        edge_against(b, a, face_b, reach).map(Touch::turned)
     }
 }
 
 /// The deepest point of `b` against an edge of `a`, cut to the edge's length; corner to corner beyond its ends.
-fn edge_against(a: Polygon<'_>, b: Polygon<'_>, face: Face, reach: Real) -> Option<Touch> {
+fn edge_against(a: Polygon<'_>, b: Polygon<'_>, face: Face, reach: Real) -> Result<Touch, Real> {
     let Face { gap, edge, corner } = face;
     let (p, q) = (a.corners[edge], a.corners[if edge + 1 == a.corners.len() { 0 } else { edge + 1 }]);
     let normal = a.normals[edge];
@@ -153,7 +153,7 @@ fn edge_against(a: Polygon<'_>, b: Polygon<'_>, face: Face, reach: Real) -> Opti
     let deep = b.corners[corner];
     let t = dot(sub(deep, p), tangent);
     if t >= 0.0 && t <= length {
-        return Some(Touch { normal, points: [along(p, tangent, t), deep], gap });
+        return Ok(Touch { normal, points: [along(p, tangent, t), deep], gap });
     }
     // The deepest corner lies beside the edge: follow the edge of `b` that leads back over it.
     let m = b.corners.len();
@@ -172,27 +172,31 @@ fn edge_against(a: Polygon<'_>, b: Polygon<'_>, face: Face, reach: Real) -> Opti
         // Nearly parallel faces: the end of the edge against a face.
         if at <= 0.0 || slope < 0.1 {
             let on = along(p, tangent, end);
-            return (at < reach).then_some(Touch { normal, points: [on, along(on, normal, at)], gap: at });
+            return if at < reach {
+                Ok(Touch { normal, points: [on, along(on, normal, at)], gap: at })
+            } else {
+                Err(gap)
+            };
         }
     }
     let from = if t > length { q } else { p };
     let apart = sub(deep, from);
     let distance = dot(apart, apart).sqrt();
     if distance >= reach {
-        return None;
+        return Err(gap);
     }
     if gap <= 0.0 || distance <= 1e-9 {
-        return Some(Touch { normal, points: [from, deep], gap });
+        return Ok(Touch { normal, points: [from, deep], gap });
     }
-    Some(Touch { normal: [apart[0] / distance, apart[1] / distance], points: [from, deep], gap: distance })
+    Ok(Touch { normal: [apart[0] / distance, apart[1] / distance], points: [from, deep], gap: distance })
 }
 
-fn polygon_disc(corners: &[Flat], normals: &[Flat], centre: Flat, reach: Real) -> Option<Touch> {
+fn polygon_disc(corners: &[Flat], normals: &[Flat], centre: Flat, reach: Real) -> Result<Touch, Real> {
     let (mut gap, mut edge) = (Real::NEG_INFINITY, 0);
     for i in 0..corners.len() {
         let d = dot(sub(centre, corners[i]), normals[i]);
         if d >= reach {
-            return None;
+            return Err(d);
         }
         if d > gap {
             (gap, edge) = (d, i);
@@ -203,14 +207,13 @@ fn polygon_disc(corners: &[Flat], normals: &[Flat], centre: Flat, reach: Real) -
     let tangent = [-normal[1], normal[0]];
     let (t, length) = (dot(sub(centre, p), tangent), dot(sub(q, p), tangent));
     if gap <= 0.0 || (t >= 0.0 && t <= length) {
-        return Some(Touch { normal, points: [along(p, tangent, t.clamp(0.0, length)), centre], gap });
+        return Ok(Touch { normal, points: [along(p, tangent, t.clamp(0.0, length)), centre], gap });
     }
     let from = if t < 0.0 { p } else { q };
     let apart = sub(centre, from);
     let distance = dot(apart, apart).sqrt();
-    (distance < reach).then(|| Touch {
-        normal: [apart[0] / distance, apart[1] / distance],
-        points: [from, centre],
-        gap: distance,
-    })
+    if distance >= reach {
+        return Err(distance);
+    }
+    Ok(Touch { normal: [apart[0] / distance, apart[1] / distance], points: [from, centre], gap: distance })
 }

@@ -125,9 +125,10 @@ impl<P: Copy + Default> Manifold<P> {
     fn retain(&mut self, mut keep: impl FnMut(&mut P) -> bool) {
         let mut kept = 0;
         for i in 0..self.count as usize {
-            let mut p = self.points[i];
-            if keep(&mut p) {
-                self.points[kept] = p;
+            if keep(&mut self.points[i]) {
+                if kept < i {
+                    self.points[kept] = self.points[i];
+                }
                 kept += 1;
             }
         }

@@ -19,6 +19,17 @@ pub trait Number:
     fn magnitude(self) -> Self;
     /// `self < limit ? yes : no`
     fn if_below(self, limit: Self, yes: Self, no: Self) -> Self;
+
+    /// A pair brought into a circle.
+    #[inline(always)]
+    fn in_circle(p: [Self; 2], limit: Self) -> [Self; 2] {
+        let squared = p[0] * p[0] + p[1] * p[1];
+        let allowed = limit * limit;
+        // Inside, the square root is not looked at; the greater one keeps it away from a division by zero.
+        let scale = limit / squared.greater(limit.constant(1e-30)).root();
+        let scale = allowed.if_below(squared, scale, limit.constant(1.0));
+        [p[0] * scale, p[1] * scale]
+    }
 }
 
 impl Number for f32 {
@@ -45,6 +56,18 @@ impl Number for f32 {
     #[inline(always)]
     fn if_below(self, limit: f32, yes: f32, no: f32) -> f32 {
         if self < limit { yes } else { no }
+    }
+
+    /// As for many, but without the root and the division where they are not looked at: times 1 changes no bit.
+    #[inline(always)]
+    fn in_circle(p: [f32; 2], limit: f32) -> [f32; 2] {
+        let squared = p[0] * p[0] + p[1] * p[1];
+        if limit * limit < squared {
+            let scale = limit / squared.greater(1e-30).root();
+            [p[0] * scale, p[1] * scale]
+        } else {
+            p
+        }
     }
 }
 
@@ -104,17 +127,6 @@ pub struct BodyRow<N> {
     pub arm_b: Four<N>,
 }
 
-/// A pair brought into a circle.
-#[inline(always)]
-fn in_circle<N: Number>(p: [N; 2], limit: N) -> [N; 2] {
-    let squared = p[0] * p[0] + p[1] * p[1];
-    let allowed = limit * limit;
-    // Inside, the square root is not looked at; the greater one keeps it away from a division by zero.
-    let scale = limit / squared.greater(limit.constant(1e-30)).root();
-    let scale = allowed.if_below(squared, scale, limit.constant(1.0));
-    [p[0] * scale, p[1] * scale]
-}
-
 #[inline(always)]
 fn clamp<N: Number>(x: N, limit: N) -> N {
     let low = limit.constant(0.0) - limit;
@@ -146,10 +158,10 @@ pub fn ground_friction<N: Number>(row: &mut GroundRow<N>, body: &mut Motion<N>) 
     let [mx, my, ix, iy] = row.mass;
     let (v, w) = (body.v, body.w);
     let u = [v[0] + (w[1] * z - w[2] * y), v[1] + (w[2] * x - w[0] * z)];
-    let slide = in_circle([jx - u[0] * mx, jy - u[1] * my], friction * load);
+    let slide = N::in_circle([jx - u[0] * mx, jy - u[1] * my], friction * load);
     let limit = rolling * load;
     let spin = clamp(js - w[2] * w[3], limit);
-    let roll = in_circle([rx - w[0] * ix, ry - w[1] * iy], limit);
+    let roll = N::in_circle([rx - w[0] * ix, ry - w[1] * iy], limit);
     let d = [slide[0] - jx, slide[1] - jy];
     let turn = [roll[0] - rx - z * d[1], roll[1] - ry + z * d[0], spin - js + (x * d[1] - y * d[0])];
     row.impulse = [load, slide[0], slide[1], spin];
@@ -212,13 +224,13 @@ pub fn body_friction<N: Number>(row: &mut BodyRow<N>, a: &mut Motion<N>, b: &mut
     let (ua, ub) = (velocity_at(a, [ax, ay, az]), velocity_at(b, [bx, by, bz]));
     let u = [ub[0] - ua[0], ub[1] - ua[1], ub[2] - ua[2]];
     let across = u[1] * nx - u[0] * ny;
-    let slide = in_circle([jt - across * mt, jz - u[2] * mz], friction * load);
+    let slide = N::in_circle([jt - across * mt, jz - u[2] * mz], friction * load);
     let w = [b.w[0] - a.w[0], b.w[1] - a.w[1], b.w[2] - a.w[2]];
     let limit = rolling * load;
     let spin = clamp(js - (w[0] * nx + w[1] * ny) * i_spin, limit);
     // One of the two moves, so the sum is not zero.
     let i_up = load.constant(1.0) / (a.i[3] + b.i[3]);
-    let roll = in_circle([rt - (w[1] * nx - w[0] * ny) * i_across, rz - w[2] * i_up], limit);
+    let roll = N::in_circle([rt - (w[1] * nx - w[0] * ny) * i_across, rz - w[2] * i_up], limit);
     row.impulse = [load, slide[0], slide[1], spin];
     row.roll = [roll[0], roll[1], mt, mz];
     let (dt, dz) = (slide[0] - jt, slide[1] - jz);

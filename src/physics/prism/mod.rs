@@ -10,6 +10,7 @@ mod collide;
 mod contact;
 mod kernel;
 mod model;
+mod near;
 mod pool;
 mod settings;
 mod solver;

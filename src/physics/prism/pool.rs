@@ -2,15 +2,16 @@
 
 use super::Prism;
 use super::model::Real;
+use super::solver::Solve;
 use super::wide::Sweep;
 use super::world::World;
 use crate::physics::lanes::InstructionSet;
 use crate::physics::transition::{PushJob, PushResult, PushStatus};
 use crate::run::Stop;
 
-/// Worlds of a pool: some more than lanes, to even out the lengths of their lists; still more fall out of the cache.
-pub const WORLDS: usize = 12;
-/// With fewer worlds than this each is swept by itself.
+/// Worlds of a pool: three times the lanes, to even out the lengths of their lists.
+pub const WORLDS: usize = 24;
+/// With fewer worlds than this each is solved by itself.
 const FEW: usize = 2;
 
 /// The worlds of one thread. They keep their memory from push to push.
@@ -86,12 +87,14 @@ impl Pool {
                 return;
             }
             if solving < FEW {
-                self.worlds.iter_mut().filter(|w| w.rows.solving).for_each(|w| w.rows.sweep());
-            } else {
-                self.set.with(Sweep { worlds: &mut self.worlds });
+                for world in self.worlds.iter_mut().filter(|w| w.rows.solving) {
+                    self.set.with(Solve { rows: &mut world.rows, tolerance });
+                }
+                continue;
             }
+            self.set.with(Sweep { worlds: &mut self.worlds });
             for world in self.worlds.iter_mut().filter(|w| w.rows.solving) {
-                world.rows.end_sweep(settings.iterations, tolerance);
+                world.rows.end_sweep(tolerance);
             }
         }
     }

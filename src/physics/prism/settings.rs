@@ -58,6 +58,16 @@ pub struct PrismSettings {
     pub settle_time: f64,
     /// A body slower than this has come to rest, m/s (and rad/s times 0.03 m).
     pub settle_speed: f64,
+    /// A body sleeps again that was as slow as that for so many steps while no other pressed it; 0: never.
+    pub rest_steps: usize,
+    /// So many steps after a body woke are made as two of half the length: what a body does when it is first touched
+    /// decides most.
+    pub halved_steps: usize,
+    /// `body_breaking`, `ground_breaking`, `correction` and `iterations` of half a step.
+    pub half_body_breaking: f64,
+    pub half_ground_breaking: f64,
+    pub half_correction: f64,
+    pub half_iterations: usize,
     /// A body that leans more than this (radians, about either axis) would topple: the push ends there and says so.
     pub topple_tilt: f64,
     /// The tip may overlap a body by this where it comes down; deeper is a landing on the body, metres.
@@ -99,13 +109,19 @@ impl PrismSettings {
             gravity: 9.8,
             settle_time: 200.0 / 240.0,
             settle_speed: 0.02,
+            rest_steps: 4,
+            halved_steps: 0,
+            half_body_breaking: 0.02,
+            half_ground_breaking: 0.03,
+            half_correction: 0.08,
+            half_iterations: 6,
             topple_tilt: 0.1,
             landing_tolerance: 0.0005,
         }
     }
 
-    /// 120 steps a second with as many sweeps as each needs: for search. What drifts in a step is twice as much, so the
-    /// contacts live to twice the drift.
+    /// 120 steps a second with as many sweeps as each needs, halved after every first touch: for search. What drifts in a
+    /// step is twice as much, so the contacts live to twice the drift.
     pub fn fast() -> Self {
         Self {
             time_step: 1.0 / 120.0,
@@ -113,6 +129,7 @@ impl PrismSettings {
             correction: 0.16,
             body_breaking: 0.05,
             ground_breaking: 0.08,
+            halved_steps: 6,
             ..Self::fine()
         }
     }
@@ -153,6 +170,12 @@ impl PrismSettings {
         check_range("physics.gravity", self.gravity, 0.1..=1000.0)?;
         check_range("physics.settle_time", self.settle_time, 0.0..=60.0)?;
         check_positive("physics.settle_speed", self.settle_speed)?;
+        check_range("physics.rest_steps", self.rest_steps as f64, 0.0..=1e6)?;
+        check_range("physics.halved_steps", self.halved_steps as f64, 0.0..=1e6)?;
+        check_range("physics.half_body_breaking", self.half_body_breaking, 1e-4..=1.0)?;
+        check_range("physics.half_ground_breaking", self.half_ground_breaking, 1e-4..=1.0)?;
+        check_range("physics.half_correction", self.half_correction, 0.0..=1.0)?;
+        check_range("physics.half_iterations", self.half_iterations as f64, 1.0..=1000.0)?;
         check_range("physics.topple_tilt", self.topple_tilt, 0.01..=0.3)?;
         check_range("physics.landing_tolerance", self.landing_tolerance, 0.0..=0.05)
     }

@@ -1,28 +1,60 @@
 //! Impulses of one step: projected Gauss-Seidel over contacts with friction, warm-started.
 //!
+//! The ground's contacts of different bodies have nothing to do with each other: eight bodies' are solved side by side.
+//!
 //! A sweep solves all normal impulses and then friction, spinning and rolling, as Bullet does; solving a contact's
 //! friction right after its normal impulse needs many more sweeps. Sweeps go forth and back in turn.
 
-use super::kernel::{self, BodyRow, GroundRow, Motion};
+use super::kernel::{self, BodyRow, Four, GroundRow, Motion, Number};
 use super::model::{Flat, Real};
+use super::wide;
+use crate::physics::lanes::simd::WithSimd;
+use crate::physics::lanes::{LANES, Simd8};
 
 /// Where a manifold's rows lie, to take the impulses back from.
 pub type Span = (u32, u32);
 
+/// Where a manifold's rows with the ground lie.
+#[derive(Debug, Clone, Copy)]
+pub struct GroundSpan {
+    lane: usize,
+    /// The first block and the one after the last.
+    first: usize,
+    end: usize,
+}
+
+/// Eight contacts with the ground, each of another body.
+type Block = GroundRow<[f32; LANES]>;
+
+/// Eight bodies and the blocks of their contacts with the ground. A body that has fewer than others has rows of zeros,
+/// which do nothing.
+#[derive(Debug, Clone, Copy)]
+struct Footing {
+    bodies: [u32; LANES],
+    used: usize,
+    /// The first block and the one after the last.
+    first: usize,
+    end: usize,
+}
+
 /// The rows of one step.
 #[derive(Default)]
 pub struct Rows {
+    /// The bodies, the tip, and one that stands for nobody.
     pub motion: Vec<Motion<f32>>,
-    pub ground: Vec<GroundRow<f32>>,
-    /// The body of each ground row, twice.
-    pub ground_body: Vec<[u32; 2]>,
+    ground: Vec<Block>,
+    footings: Vec<Footing>,
     pub bodies: Vec<BodyRow<f32>>,
     /// The bodies of each body row.
     pub body_pair: Vec<[u32; 2]>,
+    /// Rows with the ground of the last body.
+    rank: usize,
     /// Sweeps since the rows were made.
     pub sweeps: u32,
     /// Greatest change of a normal velocity in the last sweep, m/s.
     pub change: Real,
+    /// Sweeps that the step may take.
+    pub most_sweeps: u32,
     /// More sweeps are wanted.
     pub solving: bool,
 }
@@ -53,11 +85,11 @@ impl Motion<f32> {
         [xx * t[0] + xy * t[1], xy * t[0] + yy * t[1], zz * t[2]]
     }
 
-    /// Velocity along `d` for a unit impulse along `d` with this moment.
+    /// Turning about a horizontal axis for a unit torque about it, times the axis' length squared.
     #[inline(always)]
-    fn mobility(&self, moment: [Real; 3]) -> Real {
-        let dw = self.response(moment);
-        self.v[3] + moment[0] * dw[0] + moment[1] * dw[1] + moment[2] * dw[2]
+    fn tilting(&self, x: Real, y: Real) -> Real {
+        let [xx, xy, yy, _] = self.i;
+        x * x * xx + 2.0 * (x * y) * xy + y * y * yy
     }
 
     #[inline(always)]
@@ -79,7 +111,7 @@ impl Motion<f32> {
 impl Rows {
     pub fn clear(&mut self) {
         self.ground.clear();
-        self.ground_body.clear();
+        self.footings.clear();
         self.bodies.clear();
         self.body_pair.clear();
     }
@@ -97,32 +129,62 @@ impl Rows {
         self.motion[body].velocity_at(*arm)[2]
     }
 
+    /// The contacts with the ground that are added next are this body's.
+    pub fn begin_ground(&mut self, body: usize) {
+        match self.footings.last_mut() {
+            Some(footing) if footing.used < LANES => {
+                footing.bodies[footing.used] = body as u32;
+                footing.used += 1;
+            }
+            _ => {
+                let nobody = self.motion.len() as u32 - 1;
+                let mut bodies = [nobody; LANES];
+                bodies[0] = body as u32;
+                let first = self.ground.len();
+                self.footings.push(Footing { bodies, used: 1, first, end: first });
+            }
+        }
+        self.rank = 0;
+    }
+
     /// Impulses: up, x, y.
     pub fn add_ground(&mut self, body: usize, arm: [Real; 3], target: Real, rub: Rubbing, impulse: [Real; 3]) {
         let m = &self.motion[body];
         let [x, y, z] = arm;
-        let turn = m.response([y, -x, 0.0]);
-        let up = m.v[3] + y * turn[0] - x * turn[1];
-        let sides = [m.mobility([0.0, z, -y]), m.mobility([-z, 0.0, x])].map(inverse);
-        self.ground.push(GroundRow {
-            arm: [x, y, z, target],
-            lift: [turn[0], turn[1], inverse(up), up],
-            impulse: [impulse[0], impulse[1], impulse[2], 0.0],
-            roll: [0.0, 0.0, rub.rolling, rub.friction],
-            mass: [sides[0], sides[1], inverse(m.i[0]), inverse(m.i[2])],
-        });
-        self.ground_body.push([body as u32; 2]);
+        let [xx, xy, yy, zz] = m.i;
+        let turn = [xx * y - xy * x, xy * y - yy * x];
+        let up = m.v[3] + (y * turn[0] - x * turn[1]);
+        let sides = [m.v[3] + (z * z * yy + y * y * zz), m.v[3] + (z * z * xx + x * x * zz)].map(inverse);
+        let turning = [inverse(m.i[0]), inverse(m.i[2])];
+        let Some(footing) = self.footings.last_mut() else { return };
+        let (at, lane) = (footing.first + self.rank, footing.used - 1);
+        if at == self.ground.len() {
+            self.ground.push(Block::default());
+            footing.end = at + 1;
+        }
+        self.rank += 1;
+        let block = &mut self.ground[at];
+        let put = |four: &mut Four<[f32; LANES]>, values: [Real; 4]| {
+            four.iter_mut().zip(values).for_each(|(column, x)| column[lane] = x);
+        };
+        put(&mut block.arm, [x, y, z, target]);
+        put(&mut block.lift, [turn[0], turn[1], inverse(up), up]);
+        put(&mut block.impulse, [impulse[0], impulse[1], impulse[2], 0.0]);
+        put(&mut block.roll, [0.0, 0.0, rub.rolling, rub.friction]);
+        put(&mut block.mass, [sides[0], sides[1], turning[0], turning[1]]);
     }
 
-    /// Shares the manifold's torque impulses (up, about x, about y) among its rows.
-    pub fn end_ground(&mut self, from: u32, torque: [Real; 3]) -> Span {
-        let rows = (from, self.ground.len() as u32);
-        let share = 1.0 / (rows.1 - rows.0).max(1) as Real;
-        for row in &mut self.ground[rows.0 as usize..] {
-            row.impulse[3] = torque[0] * share;
-            (row.roll[0], row.roll[1]) = (torque[1] * share, torque[2] * share);
+    /// Shares the manifold's torque impulses (up, about x, about y) among its rows, the last `count` that were added.
+    pub fn end_ground(&mut self, count: usize, torque: [Real; 3]) -> GroundSpan {
+        let (first, used) = self.footings.last().map_or((0, 1), |f| (f.first, f.used));
+        let span = GroundSpan { lane: used - 1, first: first + self.rank - count, end: first + self.rank };
+        let share = 1.0 / count.max(1) as Real;
+        for block in &mut self.ground[span.first..span.end] {
+            block.impulse[3][span.lane] = torque[0] * share;
+            block.roll[0][span.lane] = torque[1] * share;
+            block.roll[1][span.lane] = torque[2] * share;
         }
-        rows
+        span
     }
 
     /// Impulses: normal, across, up.
@@ -137,14 +199,22 @@ impl Rows {
     ) {
         let [nx, ny] = normal;
         let [a, b] = bodies.map(|i| &self.motion[i]);
-        let axes = [[nx, ny, 0.0], [-ny, nx, 0.0], [0.0, 0.0, 1.0]];
-        let mobility = axes.map(|d| a.mobility(cross(arm[0], d)) + b.mobility(cross(arm[1], d)));
-        let [moment_a, moment_b] = arm.map(|r| cross(r, axes[0]));
+        // Moments of unit impulses along the normal, across it and up, and the turning that they give.
+        let moments = arm
+            .map(|[x, y, z]| [[-z * ny, z * nx, x * ny - y * nx], [-z * nx, -z * ny, x * nx + y * ny], [y, -x, 0.0]]);
+        let [moment_a, moment_b] = moments.map(|m| m[0]);
         let (turn_a, turn_b) = (a.response(moment_a), b.response(moment_b));
-        let turning = |d: [Real; 3]| -> Real {
-            let (da, db) = (a.response(d), b.response(d));
-            inverse((0..3).map(|k| d[k] * (da[k] + db[k])).sum())
-        };
+        let dot = |p: [Real; 3], q: [Real; 3]| p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
+        let masses = a.v[3] + b.v[3];
+        let [_, across_a, up_a] = moments[0];
+        let [_, across_b, up_b] = moments[1];
+        let mobility = [
+            masses + (dot(moment_a, turn_a) + dot(moment_b, turn_b)),
+            masses + (dot(across_a, a.response(across_a)) + dot(across_b, b.response(across_b))),
+            masses + (a.tilting(up_a[0], up_a[1]) + b.tilting(up_b[0], up_b[1])),
+        ];
+        let i_spin = inverse(a.tilting(nx, ny) + b.tilting(nx, ny));
+        let i_across = inverse(a.tilting(-ny, nx) + b.tilting(-ny, nx));
         let join = |v: [Real; 3], x: Real| [v[0], v[1], v[2], x];
         self.bodies.push(BodyRow {
             normal: [nx, ny, rub.friction, rub.rolling],
@@ -154,8 +224,8 @@ impl Rows {
             turn_b: join(turn_b, 0.0),
             impulse: join(impulse, 0.0),
             roll: [0.0, 0.0, inverse(mobility[1]), inverse(mobility[2])],
-            arm_a: join(arm[0], turning(axes[0])),
-            arm_b: join(arm[1], turning(axes[1])),
+            arm_a: join(arm[0], i_spin),
+            arm_b: join(arm[1], i_across),
         });
         self.body_pair.push(bodies.map(|i| i as u32));
     }
@@ -171,11 +241,11 @@ impl Rows {
         rows
     }
 
-    /// Impulses of a row: up, x, y.
+    /// Impulses of a manifold's `k`-th row: up, x, y.
     #[inline]
-    pub fn ground_impulse(&self, row: u32) -> [Real; 3] {
-        let [n, x, y, _] = self.ground[row as usize].impulse;
-        [n, x, y]
+    pub fn ground_impulse(&self, span: GroundSpan, k: usize) -> [Real; 3] {
+        let block = &self.ground[span.first + k];
+        [0, 1, 2].map(|i| block.impulse[i][span.lane])
     }
 
     /// Impulses of a row: normal, across, up.
@@ -186,9 +256,11 @@ impl Rows {
     }
 
     /// Torque impulses of a manifold: up, about x, about y.
-    pub fn ground_torque(&self, rows: Span) -> [Real; 3] {
-        let rows = &self.ground[rows.0 as usize..rows.1 as usize];
-        rows.iter().fold([0.0; 3], |sum, r| [sum[0] + r.impulse[3], sum[1] + r.roll[0], sum[2] + r.roll[1]])
+    pub fn ground_torque(&self, span: GroundSpan) -> [Real; 3] {
+        let GroundSpan { lane, first, end } = span;
+        self.ground[first..end].iter().fold([0.0; 3], |sum, block| {
+            [sum[0] + block.impulse[3][lane], sum[1] + block.roll[0][lane], sum[2] + block.roll[1][lane]]
+        })
     }
 
     /// Torque impulses of a manifold: about the normal, across, up.
@@ -210,10 +282,17 @@ impl Rows {
                 self.motion[body as usize].push(p.map(|x| sign * x), turn);
             }
         }
-        for (row, &[body, _]) in self.ground.iter().zip(&self.ground_body) {
-            let ([n, x, y, s], [rx, ry, ..]) = (row.impulse, row.roll);
-            let moment = cross([row.arm[0], row.arm[1], row.arm[2]], [x, y, n]);
-            self.motion[body as usize].push([x, y, n], [moment[0] + rx, moment[1] + ry, moment[2] + s]);
+        for footing in &self.footings {
+            for (lane, &body) in footing.bodies[..footing.used].iter().enumerate() {
+                let mut motion = self.motion[body as usize];
+                for block in &self.ground[footing.first..footing.end] {
+                    let [n, x, y, s] = block.impulse.map(|column| column[lane]);
+                    let moment = cross([0, 1, 2].map(|k| block.arm[k][lane]), [x, y, n]);
+                    let (rx, ry) = (block.roll[0][lane], block.roll[1][lane]);
+                    motion.push([x, y, n], [moment[0] + rx, moment[1] + ry, moment[2] + s]);
+                }
+                self.motion[body as usize] = motion;
+            }
         }
         self.sweeps = 0;
         self.change = 0.0;
@@ -227,44 +306,101 @@ impl Rows {
     }
 
     /// Ends the solving where the last sweep changed little or there were enough.
-    pub fn end_sweep(&mut self, iterations: usize, tolerance: Real) {
-        self.solving = self.change >= tolerance && (self.sweeps as usize) < iterations;
+    pub fn end_sweep(&mut self, tolerance: Real) {
+        self.solving = self.change >= tolerance && self.sweeps < self.most_sweeps;
         if self.solving {
             self.change = 0.0;
         }
     }
 
     /// One sweep over all rows.
-    pub fn sweep(&mut self) {
-        let back = self.goes_back();
-        let turned = |k: usize, of: usize| if back { of - 1 - k } else { k };
+    #[inline(always)]
+    pub fn sweep<S: Simd8>(&mut self, s: S) {
         let mut change: Real = 0.0;
-        let (bodies, grounds) = (self.bodies.len(), self.ground.len());
-        for k in 0..bodies {
-            let k = turned(k, bodies);
-            let [a, b] = self.body_pair[k].map(|i| i as usize);
-            let (mut ma, mut mb) = (self.motion[a], self.motion[b]);
-            change = change.max(kernel::body_normal(&mut self.bodies[k], &mut ma, &mut mb));
-            (self.motion[a], self.motion[b]) = (ma, mb);
-        }
-        for k in 0..grounds {
-            let k = turned(k, grounds);
-            let body = &mut self.motion[self.ground_body[k][0] as usize];
-            change = change.max(kernel::ground_normal(&mut self.ground[k], body));
-        }
-        for k in 0..bodies {
-            let k = turned(k, bodies);
-            let [a, b] = self.body_pair[k].map(|i| i as usize);
-            let (mut ma, mut mb) = (self.motion[a], self.motion[b]);
-            kernel::body_friction(&mut self.bodies[k], &mut ma, &mut mb);
-            (self.motion[a], self.motion[b]) = (ma, mb);
-        }
-        for k in 0..grounds {
-            let k = turned(k, grounds);
-            let body = &mut self.motion[self.ground_body[k][0] as usize];
-            kernel::ground_friction(&mut self.ground[k], body);
-        }
-        self.sweeps += 1;
+        self.each_pair(
+            #[inline(always)]
+            |row, a, b| change = change.max(kernel::body_normal(row, a, b)),
+        );
         self.change = change;
+        self.ground_normals(s);
+        self.each_pair(kernel::body_friction);
+        self.ground_frictions(s);
+        self.sweeps += 1;
+    }
+
+    /// Visits the contacts of bodies. Rows of the same bodies lie side by side: these are taken up once for all of them.
+    #[inline(always)]
+    fn each_pair(&mut self, mut visit: impl FnMut(&mut BodyRow<f32>, &mut Motion<f32>, &mut Motion<f32>)) {
+        let back = self.goes_back();
+        let Rows { motion, bodies, body_pair, .. } = self;
+        let of = bodies.len().min(body_pair.len());
+        let mut k = 0;
+        while k < of {
+            let at = |k: usize| if back { of - 1 - k } else { k };
+            let pair = body_pair[at(k)];
+            let [a, b] = pair.map(|i| i as usize);
+            let (mut ma, mut mb) = (motion[a], motion[b]);
+            while k < of && body_pair[at(k)] == pair {
+                visit(&mut bodies[at(k)], &mut ma, &mut mb);
+                k += 1;
+            }
+            (motion[a], motion[b]) = (ma, mb);
+        }
+    }
+
+    /// Normal impulses of the contacts with the ground.
+    #[inline(always)]
+    pub fn ground_normals<S: Simd8>(&mut self, s: S) {
+        let back = self.goes_back();
+        let mut change = wide::zero(s);
+        for footing in &self.footings {
+            let mut body = wide::load_bodies(s, &self.motion, &footing.bodies);
+            let blocks = &mut self.ground[footing.first..footing.end];
+            let of = blocks.len();
+            for k in 0..of {
+                let block = &mut blocks[if back { of - 1 - k } else { k }];
+                change = wide::ground_normal(s, block, &mut body).greater(change);
+            }
+            wide::store_bodies(s, &mut self.motion, &footing.bodies, body);
+        }
+        self.change = wide::greatest(change).max(self.change);
+    }
+
+    /// Friction, spinning and rolling of the contacts with the ground.
+    #[inline(always)]
+    pub fn ground_frictions<S: Simd8>(&mut self, s: S) {
+        let back = self.goes_back();
+        for footing in &self.footings {
+            let mut body = wide::load_bodies(s, &self.motion, &footing.bodies);
+            let blocks = &mut self.ground[footing.first..footing.end];
+            let of = blocks.len();
+            for k in 0..of {
+                let block = &mut blocks[if back { of - 1 - k } else { k }];
+                wide::ground_friction(s, block, &mut body);
+            }
+            wide::store_bodies(s, &mut self.motion, &footing.bodies, body);
+        }
+    }
+}
+
+/// Sweeps one world until its step is solved.
+pub struct Solve<'a> {
+    pub rows: &'a mut Rows,
+    pub tolerance: Real,
+}
+
+impl WithSimd for Solve<'_> {
+    type Output = ();
+
+    fn run<S: Simd8>(self, s: S) {
+        s.vectorize(
+            #[inline(always)]
+            || {
+                while self.rows.solving {
+                    self.rows.sweep(s);
+                    self.rows.end_sweep(self.tolerance);
+                }
+            },
+        );
     }
 }

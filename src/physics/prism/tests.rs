@@ -1,9 +1,11 @@
 use std::sync::Arc;
 
+use super::collide::{Outline, touch};
+use super::model::Flat;
 use super::pool::Pool;
 use super::*;
 use crate::action::Push;
-use crate::geom::{Pose2, Shape, pieces_gap, vec2};
+use crate::geom::{Piece, Pose2, Shape, Vec2, piece_gap, pieces_gap, vec2};
 use crate::physics::PushStatus;
 use crate::physics::lanes::InstructionSet;
 use crate::scene::generate::{Generator, GeneratorParams};
@@ -186,6 +188,49 @@ fn mass_height_and_friction_of_each_body_count() {
     ] {
         assert_ne!(moved(other), plain, "{what}");
     }
+}
+
+#[test]
+fn the_edges_of_the_last_look_do_not_change_what_is_found() {
+    let ring = |n: usize, r: f64| -> Vec<Vec2> {
+        (0..n).map(|k| std::f64::consts::TAU * k as f64 / n as f64).map(|a| vec2(r * a.cos(), r * a.sin())).collect()
+    };
+    let long = vec![vec2(-0.045, -0.0225), vec2(0.045, -0.0225), vec2(0.045, 0.0225), vec2(-0.045, 0.0225)];
+    let shapes = [long, ring(20, 0.02), ring(3, 0.03), ring(5, 0.025)];
+    let placed = |points: &[Vec2], pose: &Pose2| -> (Vec<Flat>, Vec<Flat>, Flat) {
+        let at: Vec<Vec2> = points.iter().map(|p| pose.transform_point(*p)).collect();
+        let normal = |i: usize| (at[(i + 1) % at.len()] - at[i]).normalize();
+        let normals = (0..at.len()).map(normal).map(|d| [d.y as f32, -d.x as f32]).collect();
+        (at.iter().map(|p| [p.x as f32, p.y as f32]).collect(), normals, [pose.x as f32, pose.y as f32])
+    };
+    let mut met = 0;
+    for k in 0..4000 {
+        let (a, b) = (&shapes[k % 4], &shapes[k / 4 % 4]);
+        let first = Pose2::new(0.0, 0.0, 6.0 * even(k, 2.0));
+        let turn = 6.3 * even(k, 3.0);
+        let apart = 0.01 + 0.06 * even(k, 5.0);
+        let second = Pose2::new(apart * turn.cos(), apart * turn.sin(), 6.0 * even(k, 7.0));
+        let pieces = [a, b].map(|points| Piece::Convex(points.clone()));
+        let gap = piece_gap(&pieces[0], &pieces[1], &first.inverse().compose(&second).frame(), f64::INFINITY);
+        let ((ca, na, ma), (cb, nb, mb)) = (placed(a, &first), placed(b, &second));
+        let reach = 0.004;
+        for hint in 0..a.len() * b.len() {
+            let mut axes = [(hint % a.len()) as u16, (hint / a.len()) as u16];
+            let one = Outline::Polygon { corners: &ca, normals: &na, middle: ma };
+            let two = Outline::Polygon { corners: &cb, normals: &nb, middle: mb };
+            match touch(one, two, reach, &mut axes) {
+                Ok(found) => {
+                    met += 1;
+                    assert!((f64::from(found.gap) - gap).abs() < 0.001, "{k} {hint}: {} is {gap}", found.gap);
+                }
+                Err(bound) => assert!(
+                    gap > f64::from(bound) - 1e-6 && gap > f64::from(reach) - 0.001,
+                    "{k} {hint}: {bound}, {gap}"
+                ),
+            }
+        }
+    }
+    assert!(met > 1000, "{met}");
 }
 
 /// Greatest overlap of any two bodies, metres.

@@ -1,9 +1,9 @@
-//! Sweeps of many worlds at once: eight contacts side by side, each of another world.
+//! Eight contacts side by side: of eight bodies of a world with the ground, or of bodies in eight worlds.
 //!
-//! A sweep has four parts (normal impulses of bodies and of the ground, then friction of both). In each part a lane walks
-//! through one world's rows in that world's order; when it has come to the end it takes the next world, so that lanes do
-//! not wait for the longest list. The arithmetic is [`kernel`]'s, and worlds share nothing: a world gets the same bits
-//! here as in `Rows::sweep`.
+//! A sweep has four parts (normal impulses of bodies and of the ground, then friction of both). In the parts of bodies a
+//! lane walks through one world's rows in that world's order; when it has come to the end it takes the next world, so that
+//! lanes do not wait for the longest list. The parts of the ground are wide within each world. The arithmetic is
+//! [`kernel`]'s, and worlds share nothing: a world gets the same bits here as in `Rows::sweep`.
 
 use std::ops::{Add, Div, Mul, Sub};
 
@@ -14,7 +14,7 @@ use crate::physics::lanes::{LANES, Simd8};
 
 /// Eight numbers with the instruction set that works on them.
 #[derive(Clone, Copy)]
-struct Wide<S: Simd8>(S, S::F);
+pub struct Wide<S: Simd8>(S, S::F);
 
 macro_rules! operator {
     ($name:ident, $method:ident) => {
@@ -59,10 +59,103 @@ impl<S: Simd8> Number for Wide<S> {
     }
 }
 
+/// A group of four of each of eight places, written out: closures that go through the standard library's array
+/// functions are not always inlined.
+macro_rules! load {
+    ($s:expr, $places:expr, $($field:tt)+) => {{
+        let [p0, p1, p2, p3, p4, p5, p6, p7] = &$places;
+        let [a, b, c, d] = $s.columns([
+            p0.$($field)+, p1.$($field)+, p2.$($field)+, p3.$($field)+,
+            p4.$($field)+, p5.$($field)+, p6.$($field)+, p7.$($field)+,
+        ]);
+        [Wide($s, a), Wide($s, b), Wide($s, c), Wide($s, d)]
+    }};
+}
+
+/// Eight numbers of a block.
+type Column = [f32; LANES];
+
+#[inline(always)]
+fn column<S: Simd8>(s: S, column: &Column) -> Wide<S> {
+    Wide(s, s.load(column))
+}
+
+#[inline(always)]
+fn columns<S: Simd8>(s: S, four: &Four<Column>) -> Four<Wide<S>> {
+    let [a, b, c, d] = four;
+    [column(s, a), column(s, b), column(s, c), column(s, d)]
+}
+
+#[inline(always)]
+pub fn zero<S: Simd8>(s: S) -> Wide<S> {
+    Wide(s, s.splat(0.0))
+}
+
+#[inline(always)]
+pub fn greatest<S: Simd8>(x: Wide<S>) -> f32 {
+    x.0.store(x.1).into_iter().fold(0.0, f32::max)
+}
+
+/// Eight bodies of a world.
+#[inline(always)]
+pub fn load_bodies<S: Simd8>(s: S, motion: &[Motion<f32>], bodies: &[u32; LANES]) -> Motion<Wide<S>> {
+    let [a, b, c, d, e, f, g, h] = bodies;
+    let at = [a, b, c, d, e, f, g, h].map(
+        #[inline(always)]
+        |i| &motion[*i as usize],
+    );
+    Motion { v: load!(s, at, v), w: load!(s, at, w), i: load!(s, at, i) }
+}
+
+/// Puts their velocities back.
+#[inline(always)]
+pub fn store_bodies<S: Simd8>(s: S, motion: &mut [Motion<f32>], bodies: &[u32; LANES], from: Motion<Wide<S>>) {
+    let ([a, b, c, d], [e, f, g, h]) = (from.v, from.w);
+    let (v, w) = (s.rows([a.1, b.1, c.1, d.1]), s.rows([e.1, f.1, g.1, h.1]));
+    for ((&body, v), w) in bodies.iter().zip(v).zip(w) {
+        let motion = &mut motion[body as usize];
+        (motion.v, motion.w) = (v, w);
+    }
+}
+
+/// Normal impulses of eight contacts with the ground. Gives the changes of velocity.
+#[inline(always)]
+pub fn ground_normal<S: Simd8>(s: S, block: &mut GroundRow<Column>, body: &mut Motion<Wide<S>>) -> Wide<S> {
+    let mut row = GroundRow {
+        arm: columns(s, &block.arm),
+        lift: columns(s, &block.lift),
+        impulse: [column(s, &block.impulse[0]), zero(s), zero(s), zero(s)],
+        roll: [zero(s); 4],
+        mass: [zero(s); 4],
+    };
+    let change = kernel::ground_normal(&mut row, body);
+    block.impulse[0] = s.store(row.impulse[0].1);
+    change
+}
+
+/// Friction, spinning and rolling of eight contacts with the ground.
+#[inline(always)]
+pub fn ground_friction<S: Simd8>(s: S, block: &mut GroundRow<Column>, body: &mut Motion<Wide<S>>) {
+    let mut row = GroundRow {
+        arm: columns(s, &block.arm),
+        lift: [zero(s); 4],
+        impulse: columns(s, &block.impulse),
+        roll: columns(s, &block.roll),
+        mass: columns(s, &block.mass),
+    };
+    kernel::ground_friction(&mut row, body);
+    for k in 1..4 {
+        block.impulse[k] = s.store(row.impulse[k].1);
+    }
+    for k in 0..2 {
+        block.roll[k] = s.store(row.roll[k].1);
+    }
+}
+
 /// One world's place in a part of the sweep.
 struct Walk<'a, R> {
     rows: &'a mut [R],
-    /// The bodies of each row; the ground's rows have one.
+    /// The bodies of each row.
     bodies: &'a [[u32; 2]],
     motion: &'a mut [Motion<f32>],
     change: &'a mut f32,
@@ -93,13 +186,6 @@ impl<'a, R> Walk<'a, R> {
         }
     }
 
-    /// The row at which it is, and the body of a row of the ground.
-    #[inline(always)]
-    fn ground(&mut self) -> (&mut R, &mut Motion<f32>) {
-        let [body, _] = self.bodies[self.at];
-        (&mut self.rows[self.at], &mut self.motion[body as usize])
-    }
-
     /// The row at which it is, and its two bodies.
     #[inline(always)]
     fn pair(&mut self) -> (&mut R, &mut Motion<f32>, &mut Motion<f32>) {
@@ -110,19 +196,6 @@ impl<'a, R> Walk<'a, R> {
         let row = &mut self.rows[self.at];
         if a < b { (row, first, second) } else { (row, second, first) }
     }
-}
-
-/// A group of four of each of eight places, written out: closures that go through the standard library's array
-/// functions are not always inlined.
-macro_rules! load {
-    ($s:expr, $places:expr, $($field:tt)+) => {{
-        let [p0, p1, p2, p3, p4, p5, p6, p7] = &$places;
-        let [a, b, c, d] = $s.columns([
-            p0.$($field)+, p1.$($field)+, p2.$($field)+, p3.$($field)+,
-            p4.$($field)+, p5.$($field)+, p6.$($field)+, p7.$($field)+,
-        ]);
-        [Wide($s, a), Wide($s, b), Wide($s, c), Wide($s, d)]
-    }};
 }
 
 macro_rules! store {
@@ -234,24 +307,18 @@ impl WithSimd for Sweep<'_> {
                     #[inline(always)]
                     |s, walks| body_normals(s, walks),
                 );
-                ground_part(
-                    s,
-                    worlds,
-                    #[inline(always)]
-                    |s, walks| ground_normals(s, walks),
-                );
+                for world in worlds.iter_mut().filter(|w| w.rows.solving) {
+                    world.rows.ground_normals(s);
+                }
                 body_part(
                     s,
                     worlds,
                     #[inline(always)]
                     |s, walks| body_frictions(s, walks),
                 );
-                ground_part(
-                    s,
-                    worlds,
-                    #[inline(always)]
-                    |s, walks| ground_frictions(s, walks),
-                );
+                for world in worlds.iter_mut().filter(|w| w.rows.solving) {
+                    world.rows.ground_frictions(s);
+                }
             },
         );
         for world in worlds.iter_mut().filter(|w| w.rows.solving) {
@@ -274,63 +341,6 @@ fn body_part<S: Simd8>(s: S, worlds: &mut [World], tick: impl Fn(S, &mut [Walk<'
         #[inline(always)]
         |walks| tick(s, walks),
     );
-}
-
-#[inline(always)]
-fn ground_part<S: Simd8>(
-    s: S,
-    worlds: &mut [World],
-    tick: impl Fn(S, &mut [Walk<'_, GroundRow<f32>>; LANES]) -> Wide<S>,
-) {
-    let mut idle: [Idle<GroundRow<f32>>; LANES] = std::array::from_fn(|_| Idle::new());
-    let list = worlds.iter_mut().map(|w| &mut w.rows).filter(|r| r.solving && !r.ground.is_empty()).map(|r| {
-        let back = r.goes_back();
-        Walk::new(&mut r.ground, &r.ground_body, &mut r.motion, &mut r.change, back)
-    });
-    walk(
-        s,
-        list,
-        &mut idle,
-        #[inline(always)]
-        |walks| tick(s, walks),
-    );
-}
-
-#[inline(always)]
-fn ground_normals<S: Simd8>(s: S, walks: &mut [Walk<'_, GroundRow<f32>>; LANES]) -> Wide<S> {
-    let mut at = places!(walks, ground);
-    let mut row = GroundRow {
-        arm: load!(s, at, 0.arm),
-        lift: load!(s, at, 0.lift),
-        impulse: load!(s, at, 0.impulse),
-        roll: zeros(s),
-        mass: zeros(s),
-    };
-    let mut body = Motion { v: load!(s, at, 1.v), w: load!(s, at, 1.w), i: zeros(s) };
-    let change = kernel::ground_normal(&mut row, &mut body);
-    store!(s, at, body.v, 1.v);
-    store!(s, at, body.w, 1.w);
-    store!(s, at, row.impulse, 0.impulse);
-    change
-}
-
-#[inline(always)]
-fn ground_frictions<S: Simd8>(s: S, walks: &mut [Walk<'_, GroundRow<f32>>; LANES]) -> Wide<S> {
-    let mut at = places!(walks, ground);
-    let mut row = GroundRow {
-        arm: load!(s, at, 0.arm),
-        lift: zeros(s),
-        impulse: load!(s, at, 0.impulse),
-        roll: load!(s, at, 0.roll),
-        mass: load!(s, at, 0.mass),
-    };
-    let mut body = Motion { v: load!(s, at, 1.v), w: load!(s, at, 1.w), i: load!(s, at, 1.i) };
-    kernel::ground_friction(&mut row, &mut body);
-    store!(s, at, body.v, 1.v);
-    store!(s, at, body.w, 1.w);
-    store!(s, at, row.impulse, 0.impulse);
-    store!(s, at, row.roll, 0.roll);
-    Wide(s, s.splat(0.0))
 }
 
 #[inline(always)]

@@ -1,24 +1,18 @@
 //! The world of one push: filled from the state, stepped, read out. Its memory is used again by the next push.
 
-use super::collide::{Axes, Outline, Touch, dot, sub, touch};
-use super::contact::{BodyPoint, GroundPoint, Manifold, Pose};
+use super::contact::{GroundPoint, Manifold, Pose};
 use super::kernel::Motion;
-use super::model::{Flat, Model, Real, Shape};
+use super::model::{Flat, Model, Real};
+use super::near::{Bounds, Pair, SKIN};
 use super::settings::PrismSettings;
-use super::solver::{Rows, Rubbing, Span};
+use super::solver::{GroundSpan, Rows, Rubbing, Span};
 use crate::action::Push;
 use crate::geom::{Pose2, Vec2};
 use crate::scene::{Mask, State};
 
-/// Pairs nearer than this (beyond the reach of contacts) are looked at every step; the list is made anew when bodies
-/// have moved by half of it. Metres.
-const SKIN: Real = 0.006;
-/// The world is this far beyond any reach of contacts, metres: a tall body's lean.
-const LEAN: Real = 0.003;
-
 /// What a world waits for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-enum Phase {
+pub(super) enum Phase {
     #[default]
     Done,
     /// The tip moves for so many steps more.
@@ -27,75 +21,68 @@ enum Phase {
     Settling(u32),
 }
 
-/// Two pieces that are near each other.
-#[derive(Debug, Clone, Copy)]
-struct Pair {
-    /// Order in the list.
-    key: u64,
-    pieces: [u32; 2],
-    bodies: [u32; 2],
-    threshold: Real,
-    /// How much the borders give way, because the bodies began nearer than the borders allow.
-    slack: Real,
-    friction: Real,
-    rolling: Real,
-    /// See [`touch`].
-    axes: Axes,
-    manifold: Manifold<BodyPoint>,
+/// How the next step is made.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Pace {
+    /// Seconds.
+    pub(super) dt: Real,
+    /// Of a pair's threshold.
+    pub(super) body_share: Real,
+    pub(super) ground_breaking: Real,
+    correction: Real,
+    iterations: u32,
 }
 
 /// A manifold that takes part in a step, and the rows it has there.
 #[derive(Clone, Copy)]
-struct Active {
+pub(super) struct Active<S> {
     /// Index of the pair or of the piece.
     of: u32,
     /// The points that have rows.
     points: u8,
-    span: Span,
-}
-
-/// Box round a piece.
-#[derive(Debug, Clone, Copy, Default)]
-struct Bounds {
-    low: Flat,
-    high: Flat,
-}
-
-impl Bounds {
-    #[inline]
-    fn apart(&self, other: &Bounds, reach: Real) -> bool {
-        self.low[0] > other.high[0] + reach
-            || other.low[0] > self.high[0] + reach
-            || self.low[1] > other.high[1] + reach
-            || other.low[1] > self.high[1] + reach
-    }
+    span: S,
 }
 
 #[derive(Default)]
 pub struct World {
     /// Of the simulation's frame, in the world.
-    origin: Vec2,
-    present: Vec<u32>,
-    poses: Vec<Pose>,
-    awake: Vec<bool>,
-    velocity: Vec<([Real; 3], [Real; 3])>,
+    pub(super) origin: Vec2,
+    pub(super) present: Vec<u32>,
+    pub(super) poses: Vec<Pose>,
+    pub(super) awake: Vec<bool>,
+    pub(super) velocity: Vec<([Real; 3], [Real; 3])>,
     pub rows: Rows,
     /// All pieces' corners and normals at their places.
-    corners: Vec<Flat>,
-    normals: Vec<Flat>,
-    middles: Vec<Flat>,
-    bounds: Vec<Bounds>,
-    ground: Vec<Manifold<GroundPoint>>,
-    pairs: Vec<Pair>,
-    pairs_before: Vec<Pair>,
-    active_pairs: Vec<Active>,
-    active_ground: Vec<Active>,
-    /// Greatest way that a body can have moved since the list of pairs was made.
-    moved: Real,
-    tip_is_down: bool,
-    phase: Phase,
-    touched: Mask,
-    toppled: Mask,
+    pub(super) corners: Vec<Flat>,
+    pub(super) normals: Vec<Flat>,
+    pub(super) middles: Vec<Flat>,
+    pub(super) bounds: Vec<Bounds>,
+    pub(super) ground: Vec<Manifold<GroundPoint>>,
+    pub(super) pairs: Vec<Pair>,
+    pub(super) pairs_before: Vec<Pair>,
+    pub(super) active_pairs: Vec<Active<Span>>,
+    pub(super) active_ground: Vec<Active<GroundSpan>>,
+    /// Greatest way that a point of a body can have moved since the beginning, and when the list of pairs was made.
+    pub(super) way: Real,
+    pub(super) way_at_list: Real,
+    pub(super) tip_is_down: bool,
+    /// Bodies that were awake at some time.
+    pub(super) stirred: Mask,
+    /// Bodies that another pressed in this step.
+    pub(super) pressed: Mask,
+    /// Steps for which a body has been slow without being pressed.
+    pub(super) still: Vec<u32>,
+    /// Half steps that are left of the step.
+    pub(super) halves: u32,
+    /// Deepest overlap of two bodies in this step, borders included.
+    pub(super) deepest: Real,
+    /// Steps since a body woke, and how many were awake then.
+    pub(super) since_wake: u32,
+    pub(super) were_awake: u32,
+    pub(super) pace: Pace,
+    pub(super) phase: Phase,
+    pub(super) touched: Mask,
+    pub(super) toppled: Mask,
     /// Steps and sweeps of this push.
     pub steps: u32,
     pub sweeps: u32,
@@ -114,7 +101,7 @@ impl World {
         self.velocity.clear();
         self.velocity.resize(tip + 1, Default::default());
         self.rows.motion.clear();
-        self.rows.motion.resize(tip + 1, Motion::default());
+        self.rows.motion.resize(tip + 2, Motion::default());
         self.corners.resize(model.corners.len(), [0.0; 2]);
         self.normals.resize(model.corners.len(), [0.0; 2]);
         self.middles.resize(model.pieces.len(), [0.0; 2]);
@@ -122,6 +109,12 @@ impl World {
         self.ground.resize(model.pieces.len(), Manifold::default());
         self.ground.iter_mut().for_each(Manifold::clear);
         self.pairs.clear();
+        self.way = 0.0;
+        (self.halves, self.since_wake, self.were_awake) = (0, u32::MAX / 2, 0);
+        self.stirred = Mask::EMPTY;
+        self.deepest = 0.0;
+        self.still.clear();
+        self.still.resize(tip + 1, 0);
         self.touched = Mask::EMPTY;
         self.toppled = Mask::EMPTY;
         (self.steps, self.sweeps) = (0, 0);
@@ -188,105 +181,6 @@ impl World {
         }
     }
 
-    #[inline]
-    fn outline_of(&self, shape: &Shape, piece: usize) -> Outline<'_> {
-        let middle = self.middles[piece];
-        if shape.is_disc {
-            return Outline::Disc(middle);
-        }
-        let range = shape.corners.0 as usize..shape.corners.1 as usize;
-        Outline::Polygon { corners: &self.corners[range.clone()], normals: &self.normals[range], middle }
-    }
-
-    /// Makes the list of near pairs anew, the tip's first; known ones keep their contacts.
-    fn list_pairs(&mut self, model: &Model, settings: &PrismSettings) {
-        std::mem::swap(&mut self.pairs, &mut self.pairs_before);
-        self.pairs.clear();
-        self.moved = 0.0;
-        let tip = model.tip();
-        let mut known = 0;
-        let count = self.present.len();
-        for first in 0..=count {
-            // The tip comes first, then the bodies.
-            let a = if first == 0 { tip } else { self.present[first - 1] as usize };
-            if a == tip && !self.tip_is_down {
-                continue;
-            }
-            for second in first..count {
-                let b = self.present[second] as usize;
-                let reach = model.bodies[a].radius + model.bodies[b].radius + SKIN + LEAN;
-                let d = sub([self.poses[b].at[0], self.poses[b].at[1]], [self.poses[a].at[0], self.poses[a].at[1]]);
-                if dot(d, d) > reach * reach {
-                    continue;
-                }
-                self.list_pieces(model, settings, [a, b], first as u64, &mut known);
-            }
-        }
-    }
-
-    fn list_pieces(
-        &mut self,
-        model: &Model,
-        settings: &PrismSettings,
-        [a, b]: [usize; 2],
-        rank: u64,
-        known: &mut usize,
-    ) {
-        let (body_a, body_b) = (&model.bodies[a], &model.bodies[b]);
-        for p in body_a.pieces.0..body_a.pieces.1 {
-            for q in body_b.pieces.0..body_b.pieces.1 {
-                let (shape_a, shape_b) = (&model.pieces[p as usize], &model.pieces[q as usize]);
-                let threshold = settings.body_breaking as Real * shape_a.motion_disc.min(shape_b.motion_disc);
-                let reach = shape_a.round + shape_b.round + threshold + SKIN + LEAN;
-                if self.bounds[p as usize].apart(&self.bounds[q as usize], reach) {
-                    continue;
-                }
-                let key = if rank == 0 { u64::from(q) } else { (u64::from(p) + 1) << 32 | u64::from(q) };
-                while self.pairs_before.get(*known).is_some_and(|pair| pair.key < key) {
-                    *known += 1;
-                }
-                if let Some(pair) = self.pairs_before.get(*known).filter(|pair| pair.key == key) {
-                    self.pairs.push(*pair);
-                    continue;
-                }
-                self.pairs.push(Pair {
-                    key,
-                    pieces: [p, q],
-                    bodies: [a as u32, b as u32],
-                    threshold,
-                    slack: 0.0,
-                    friction: body_a.friction * body_b.friction,
-                    rolling: body_a.friction * body_b.rolling + body_b.friction * body_a.rolling,
-                    axes: [0; 2],
-                    manifold: Manifold::default(),
-                });
-            }
-        }
-    }
-
-    /// Lets the borders of pairs give way that begin nearer than these allow.
-    fn give_way(&mut self, model: &Model, settings: &PrismSettings) {
-        for k in 0..self.pairs.len() {
-            let mut pair = self.pairs[k];
-            let [a, b] = pair.pieces.map(|p| &model.pieces[p as usize]);
-            if let Some(found) = self.nearest(model, &mut pair, a.round + b.round) {
-                let overlap = a.round + b.round - found.gap;
-                let borders = a.border + b.border;
-                self.pairs[k].slack = (overlap - settings.border_overlap as Real).clamp(0.0, borders);
-            }
-        }
-    }
-
-    #[inline]
-    fn nearest(&self, model: &Model, pair: &mut Pair, reach: Real) -> Option<Touch> {
-        let [p, q] = pair.pieces.map(|p| p as usize);
-        if self.bounds[p].apart(&self.bounds[q], reach) {
-            return None;
-        }
-        let (a, b) = (&model.pieces[p], &model.pieces[q]);
-        touch(self.outline_of(a, p), self.outline_of(b, q), reach, &mut pair.axes)
-    }
-
     /// Prepares the next step up to where its impulses are to be solved for. False if the push is over.
     pub fn begin_step(&mut self, model: &Model, settings: &PrismSettings) -> bool {
         if self.phase == Phase::Pushing(0) {
@@ -302,9 +196,10 @@ impl World {
         if self.phase == Phase::Done {
             return false;
         }
-        if 2.0 * self.moved > SKIN {
+        if 2.0 * (self.way - self.way_at_list) > SKIN {
             self.list_pairs(model, settings);
         }
+        self.choose_pace(settings);
         self.find_contacts(model, settings);
         self.set_motions(model, settings);
         self.make_rows(model, settings);
@@ -317,7 +212,8 @@ impl World {
         self.steps += 1;
         self.sweeps += self.rows.sweeps;
         self.take_impulses(model, settings);
-        self.integrate(model, settings.time_step as Real);
+        self.integrate(model, self.pace.dt);
+        self.lull(settings);
         let limit = settings.topple_tilt as Real;
         for &i in &self.present {
             let tilt = self.poses[i as usize].tilt;
@@ -325,7 +221,9 @@ impl World {
                 self.toppled.insert(i as usize);
             }
         }
+        self.halves = self.halves.saturating_sub(1);
         self.phase = match self.phase {
+            _ if self.halves > 0 && self.toppled.is_empty() => self.phase,
             _ if !self.toppled.is_empty() => Phase::Done,
             Phase::Pushing(left) => Phase::Pushing(left - 1),
             Phase::Settling(left) => Phase::Settling(left - 1),
@@ -344,11 +242,7 @@ impl World {
 
     /// Writes the bodies' poses into the state they came from. A body that never moved keeps its bits.
     pub fn read(&self, model: &Model, state: &mut State) {
-        for &i in &self.present {
-            let i = i as usize;
-            if !self.awake[i] {
-                continue;
-            }
+        for i in self.stirred.iter() {
             let pose = &self.poses[i];
             let theta = f64::from(pose.theta);
             let centre = self.origin + Vec2::new(f64::from(pose.at[0]), f64::from(pose.at[1]));
@@ -363,79 +257,73 @@ impl World {
         }
     }
 
+    /// All bodies are slow, and none is deep in another, as a light one that was squeezed between heavy ones may be.
     fn at_rest(&self, settings: &PrismSettings) -> bool {
         let limit = settings.settle_speed as Real;
-        self.present.iter().all(|&i| {
-            let (v, w) = &self.velocity[i as usize];
-            !self.awake[i as usize] || (v[0] * v[0] + v[1] * v[1] < limit * limit && w[2].abs() * 0.03 < limit)
-        })
+        self.deepest < settings.border as Real
+            && self.present.iter().all(|&i| {
+                let (v, w) = &self.velocity[i as usize];
+                !self.awake[i as usize] || (v[0] * v[0] + v[1] * v[1] < limit * limit && w[2].abs() * 0.03 < limit)
+            })
     }
 
-    fn find_contacts(&mut self, model: &Model, settings: &PrismSettings) {
-        let mut pairs = std::mem::take(&mut self.pairs);
-        for pair in &mut pairs {
-            let [a, b] = pair.bodies.map(|i| i as usize);
-            if !(self.awake[a] || self.awake[b]) {
-                continue;
+    /// Begins a step, or its second half.
+    fn choose_pace(&mut self, settings: &PrismSettings) {
+        if self.halves == 0 {
+            let awake = self.present.iter().filter(|&&i| self.awake[i as usize]).count() as u32;
+            self.since_wake = if awake > self.were_awake { 0 } else { self.since_wake + 1 };
+            self.were_awake = awake;
+            let first_touch = awake == 0 || (self.since_wake as usize) < settings.halved_steps;
+            if first_touch && settings.halved_steps > 0 {
+                self.halves = 2;
             }
-            let shapes = pair.pieces.map(|p| &model.pieces[p as usize]);
-            let (pose_a, pose_b) = (self.poses[a], self.poses[b]);
-            let heights = common_heights(model, [a, b], [&pose_a, &pose_b]);
-            let round = shapes[0].round + shapes[1].round;
-            let lean = lean(&pose_a, heights) + lean(&pose_b, heights);
-            let reach = pair.threshold + round - pair.slack + lean;
-            if let Some(found) = self.nearest(model, pair, reach) {
-                let (gap, height) = heights
-                    .into_iter()
-                    .map(|h| {
-                        (found.gap - round + pair.slack + dot(found.normal, sub(pose_b.shift(h), pose_a.shift(h))), h)
-                    })
-                    .fold((Real::INFINITY, 0.0), |best, next| if next.0 < best.0 { next } else { best });
-                if gap < pair.threshold {
-                    let point = new_point(&found, height, [&pose_a, &pose_b], shapes.map(|s| s.round));
-                    pair.manifold.add(point, pair.threshold);
-                }
-                if a == model.tip() && !self.awake[b] && gap < settings.wake_gap as Real {
-                    self.awake[b] = true;
-                }
-            }
-            pair.manifold.refresh(&pose_a, &pose_b, pair.slack, pair.threshold);
         }
-        self.pairs = pairs;
-        let border = settings.border as Real;
+        self.pace = if self.halves > 0 {
+            Pace {
+                dt: (0.5 * settings.time_step) as Real,
+                body_share: (settings.half_body_breaking / settings.body_breaking) as Real,
+                ground_breaking: settings.half_ground_breaking as Real,
+                correction: settings.half_correction as Real,
+                iterations: settings.half_iterations as u32,
+            }
+        } else {
+            Pace {
+                dt: settings.time_step as Real,
+                body_share: 1.0,
+                ground_breaking: settings.ground_breaking as Real,
+                correction: settings.correction as Real,
+                iterations: settings.iterations as u32,
+            }
+        };
+        self.rows.most_sweeps = self.pace.iterations;
+    }
+
+    /// Lets bodies sleep again that have come to rest.
+    fn lull(&mut self, settings: &PrismSettings) {
+        let limit = settings.settle_speed as Real;
         for &i in &self.present {
             let i = i as usize;
             if !self.awake[i] {
                 continue;
             }
-            let (body, pose) = (&model.bodies[i], self.poses[i]);
-            for p in body.pieces.0 as usize..body.pieces.1 as usize {
-                let shape = &model.pieces[p];
-                let threshold = settings.ground_breaking as Real * shape.motion_disc;
-                // Lowest where the base leans most downwards.
-                let down = pose.turn_back(pose.tilt);
-                let corners = &model.corners[shape.corners.0 as usize..shape.corners.1 as usize];
-                let mut best = (Real::NEG_INFINITY, [0.0; 2]);
-                for &c in corners {
-                    let d = dot(c, down);
-                    if d > best.0 {
-                        best = (d, c);
-                    }
-                }
-                let arm = pose.arm([best.1[0], best.1[1], -body.half_height]);
-                let gap = pose.at[2] + arm[2] - border;
-                let manifold = &mut self.ground[p];
-                if gap < threshold {
-                    let anchor = [pose.at[0] + arm[0], pose.at[1] + arm[1]];
-                    manifold.add(GroundPoint { local: best.1, anchor, ..GroundPoint::default() }, threshold);
-                }
-                manifold.refresh(&pose, body.half_height, border, threshold);
+            self.stirred.insert(i);
+            let (v, w) = &mut self.velocity[i];
+            let slow = v[0] * v[0] + v[1] * v[1] < limit * limit && w[2].abs() * 0.03 < limit;
+            if !slow || self.pressed.contains(i) {
+                self.still[i] = 0;
+                continue;
+            }
+            self.still[i] += 1;
+            if self.still[i] as usize == settings.rest_steps {
+                (*v, *w) = ([0.0; 3], [0.0; 3]);
+                self.awake[i] = false;
+                self.still[i] = 0;
             }
         }
     }
 
     fn set_motions(&mut self, model: &Model, settings: &PrismSettings) {
-        let dt = settings.time_step as Real;
+        let dt = self.pace.dt;
         let keep = 1.0 - settings.damping as Real * dt;
         for &i in &self.present {
             let i = i as usize;
@@ -460,20 +348,17 @@ impl World {
     }
 
     fn make_rows(&mut self, model: &Model, settings: &PrismSettings) {
-        let dt = settings.time_step as Real;
+        let Pace { dt, correction, .. } = self.pace;
         let share = settings.warm_start as Real;
         let ignored = settings.ignored_gap as Real;
         let target = |gap: Real| {
             let g = gap + settings.slop as Real;
-            if g > 0.0 {
-                -g / dt
-            } else {
-                (-g * settings.correction as Real / dt).min(settings.correction_speed as Real)
-            }
+            if g > 0.0 { -g / dt } else { (-g * correction / dt).min(settings.correction_speed as Real) }
         };
         self.rows.clear();
         self.active_pairs.clear();
         self.active_ground.clear();
+        self.deepest = 0.0;
         for (k, pair) in self.pairs.iter_mut().enumerate() {
             let bodies = pair.bodies.map(|i| i as usize);
             if pair.manifold.points().is_empty() || !(self.awake[bodies[0]] || self.awake[bodies[1]]) {
@@ -491,6 +376,7 @@ impl World {
                     continue;
                 }
                 points |= 1 << i;
+                self.deepest = self.deepest.max(-p.gap);
                 let impulse = p.impulse.map(|x| x * share);
                 self.rows.add_bodies(bodies, p.arm, p.normal, target(p.gap), rub, impulse);
             }
@@ -512,22 +398,23 @@ impl World {
                 friction: model.ground_friction * body.friction,
                 rolling: model.ground_friction * body.rolling,
             };
+            self.rows.begin_ground(i);
             for p in body.pieces.0 as usize..body.pieces.1 as usize {
                 let manifold = &mut self.ground[p];
-                let from = self.rows.ground.len() as u32;
-                let mut points = 0;
+                let (mut points, mut count) = (0, 0);
                 for (k, point) in manifold.points_mut().iter_mut().enumerate() {
                     if point.gap + self.rows.lifting(i, &point.arm) * dt > ignored {
                         point.impulse = [0.0; 3];
                         continue;
                     }
                     points |= 1 << k;
+                    count += 1;
                     let impulse = point.impulse.map(|x| x * share);
                     self.rows.add_ground(i, point.arm, target(point.gap), rub, impulse);
                 }
                 if points != 0 {
                     let torque = manifold.torque.map(|x| x * share);
-                    let span = self.rows.end_ground(from, torque);
+                    let span = self.rows.end_ground(count, torque);
                     self.active_ground.push(Active { of: p as u32, points, span });
                 } else {
                     manifold.torque = [0.0; 3];
@@ -538,6 +425,7 @@ impl World {
 
     /// Stores the impulses for the next step, notes what the tip touched, wakes what was pressed.
     fn take_impulses(&mut self, model: &Model, settings: &PrismSettings) {
+        self.pressed = Mask::EMPTY;
         for active in &self.active_pairs {
             let pair = &mut self.pairs[active.of as usize];
             let mut row = active.span.0;
@@ -554,18 +442,23 @@ impl World {
             if a == model.tip() {
                 if greatest > 0.0 {
                     self.touched.insert(b);
+                    self.pressed.insert(b);
                 }
-            } else if greatest > settings.wake_impulse as Real {
+            } else if greatest > 0.0 {
+                self.pressed.insert(a);
+                self.pressed.insert(b);
+            }
+            if a != model.tip() && greatest > settings.wake_impulse as Real {
                 self.awake[a] = true;
                 self.awake[b] = true;
             }
         }
         for active in &self.active_ground {
             let manifold = &mut self.ground[active.of as usize];
-            let mut row = active.span.0;
+            let mut row = 0;
             for (i, p) in manifold.points_mut().iter_mut().enumerate() {
                 if active.points >> i & 1 == 1 {
-                    p.impulse = self.rows.ground_impulse(row);
+                    p.impulse = self.rows.ground_impulse(active.span, row);
                     row += 1;
                 }
             }
@@ -598,37 +491,6 @@ impl World {
             fastest = fastest.max(speed);
             self.outline(model, i);
         }
-        self.moved += fastest * dt;
+        self.way += fastest * dt;
     }
-}
-
-/// How far a body's outline can be shifted by its lean between these heights.
-#[inline]
-fn lean(pose: &Pose, heights: [Real; 2]) -> Real {
-    let height = (heights[0] - pose.at[2]).abs().max((heights[1] - pose.at[2]).abs());
-    (pose.tilt[0].abs() + pose.tilt[1].abs()) * height
-}
-
-/// The lower and the upper end of the heights at which both bodies are. Where there are none, as for a tip over a flat
-/// body, both are the lower body's top: the world is planar, and a tip never passes over a body.
-#[inline]
-fn common_heights(model: &Model, bodies: [usize; 2], poses: [&Pose; 2]) -> [Real; 2] {
-    let half = bodies.map(|i| model.bodies[i].half_height);
-    let low = (poses[0].at[2] - half[0]).max(poses[1].at[2] - half[1]);
-    let high = (poses[0].at[2] + half[0]).min(poses[1].at[2] + half[1]);
-    [low.min(high), high]
-}
-
-#[inline]
-fn new_point(found: &Touch, height: Real, poses: [&Pose; 2], round: [Real; 2]) -> BodyPoint {
-    let n = found.normal;
-    let sides = [round[0], -round[1]];
-    let local = [0, 1].map(|k| {
-        let pose = poses[k];
-        let on = [found.points[k][0] + n[0] * sides[k], found.points[k][1] + n[1] * sides[k]];
-        let r = [on[0] - pose.at[0], on[1] - pose.at[1]];
-        let l = pose.turn_back(r);
-        [l[0], l[1], height - pose.at[2] + pose.tilt[0] * r[0] + pose.tilt[1] * r[1]]
-    });
-    BodyPoint { local, normal: n, ..BodyPoint::default() }
 }

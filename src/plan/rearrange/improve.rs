@@ -13,7 +13,7 @@ use crate::action::Move;
 use crate::error::Result;
 use crate::geom::footprints_apart;
 use crate::run::{Budget, Key, Pool, Progress, ProgressSnapshot, Stop, Stream};
-use crate::scene::{CONTACT_SLACK, Rearrangement, State};
+use crate::scene::{PLACE_SLACK, Rearrangement, State};
 
 /// Batches without a better plan after which the search ends, where the plan cannot have fewer moves and where it may.
 const PATIENCE_PROVEN: u32 = 8;
@@ -151,7 +151,7 @@ fn backwards(mover: &Arc<Mover>) -> Option<Arc<Mover>> {
     }
     let frames: Vec<_> = (0..table.len()).map(|body| end.pose(body).frame()).collect();
     let apart = (0..table.len()).all(|i| {
-        (0..i).all(|j| footprints_apart(table.footprint(i), &frames[i], table.footprint(j), &frames[j], -CONTACT_SLACK))
+        (0..i).all(|j| footprints_apart(table.footprint(i), &frames[i], table.footprint(j), &frames[j], -PLACE_SLACK))
     });
     apart.then(|| Arc::new(mover.with_table(table.between(&end, &table.problem.start))))
 }

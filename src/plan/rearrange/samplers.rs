@@ -8,7 +8,7 @@ use super::table::{Layout, Table, stored};
 use crate::error::{Error, Result, check_range};
 use crate::geom::{Pose2, vec2};
 use crate::run::Stream;
-use crate::scene::CONTACT_SLACK;
+use crate::scene::PLACE_SLACK;
 
 /// Which criterion proposed a place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -118,7 +118,7 @@ impl SampleCounts {
 /// The body's goal, if it is free.
 pub fn direct(table: &Table, layout: &Layout, body: usize) -> Option<Place> {
     let pose = table.goal_pose(body, &layout.pose(body))?;
-    let free = table.blockers(layout, body, &pose, -CONTACT_SLACK).is_empty();
+    let free = table.blockers(layout, body, &pose, -PLACE_SLACK).is_empty();
     free.then_some(Place { pose, criterion: Criterion::Direct })
 }
 

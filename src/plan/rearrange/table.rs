@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::geom::{Footprint, Frame, Pose2, Shape, Vec2, convex_hull, footprints_apart, pieces_gap_below, vec2};
-use crate::scene::{BodyPose, CONTACT_SLACK, Goal, Mask, Rearrangement, State};
+use crate::scene::{BodyPose, Goal, Mask, PLACE_SLACK, Rearrangement, State};
 
 /// A state with the sine and cosine of every heading worked out.
 #[derive(Debug, Default)]
@@ -165,7 +165,7 @@ impl Table {
     /// The bodies that overlap the body's goal.
     pub fn goal_blockers(&self, layout: &Layout, body: usize) -> Mask {
         match self.goal_pose(body, &layout.pose(body)) {
-            Some(pose) => self.blockers(layout, body, &pose, -CONTACT_SLACK),
+            Some(pose) => self.blockers(layout, body, &pose, -PLACE_SLACK),
             None => Mask::EMPTY,
         }
     }

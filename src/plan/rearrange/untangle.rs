@@ -16,7 +16,7 @@ use super::table::{Layout, stored};
 use crate::action::Move;
 use crate::geom::{Frame, Pose2, footprints_apart};
 use crate::run::{Stop, Stream};
-use crate::scene::{CONTACT_SLACK, Mask};
+use crate::scene::{Mask, PLACE_SLACK};
 
 /// Places drawn for a body that is put aside: anywhere, and near where it is.
 const ANYWHERE: usize = 48;
@@ -299,7 +299,7 @@ impl Worker {
             let Some(goal) = table.goal_pose(other, &self.layout.pose(other)) else { continue };
             let apart =
                 |gap| footprints_apart(table.footprint(body), &frame, table.footprint(other), &goal.frame(), gap);
-            if !apart(-CONTACT_SLACK) || corridors.contains(other) {
+            if !apart(-PLACE_SLACK) || corridors.contains(other) {
                 cost += if first.contains(other) { CIRCLE } else { ORDER };
             }
         }

@@ -13,10 +13,12 @@ use crate::output::{Failure, Outcome};
 mod assess;
 mod datagen;
 mod planner;
+mod results;
 
 pub use assess::*;
 pub use datagen::*;
 pub use planner::*;
+pub use results::*;
 
 /// Plans for robots that push and grasp in clutter.
 #[derive(Debug, Parser)]
@@ -32,6 +34,8 @@ pub enum Command {
     Plan(PlanArgs),
     /// Run a planner in closed loop over a suite of problems, against a judge that differs from its model
     Run(RunArgs),
+    /// Run a list of experiments and write the results document; goes on where an earlier run ended
+    Results(ResultsArgs),
     /// Write random problems that cannot be solved by a grasp alone
     Generate(GenerateArgs),
     /// Compare an engine with recorded pushes

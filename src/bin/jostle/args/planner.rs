@@ -8,6 +8,7 @@ use jostle::physics::{EngineInfo, PhysicsOptions, Purpose};
 use jostle::plan::{PlannerOptions, Variant};
 use jostle::run::Budget;
 use jostle::scene::Gripper;
+use jostle::search::{Params, Selection};
 
 use crate::output::{Failure, Outcome};
 
@@ -62,6 +63,10 @@ pub struct PlannerArgs {
     /// Greatest number of pushes in a plan [default: the planner's own]
     #[arg(long, value_name = "N")]
     pub max_depth: Option<u32>,
+    /// Weight of exploration, c in the search's upper confidence bounds: 0 trusts the returns alone, inf the visits
+    /// alone [default: the planner's own]
+    #[arg(long, value_name = "C", allow_negative_numbers = true)]
+    pub exploration: Option<f64>,
 }
 
 /// The engine of the planner's model.
@@ -115,6 +120,9 @@ impl PlannerArgs {
             options.prior = Some(name.into());
             options.prior_model = file.map(|file| network("prior", name, file)).transpose()?;
         }
+        if let Some(exploration) = self.exploration {
+            options.search = Some(with_exploration(options.search_params()?, exploration)?);
+        }
         options.validate()?;
         Ok(options)
     }
@@ -130,6 +138,18 @@ impl PlannerArgs {
     pub fn gripper(&self) -> Outcome<Option<Gripper>> {
         Ok(self.gripper.as_deref().map(Gripper::by_name).transpose()?)
     }
+}
+
+/// The search with another weight of exploration.
+fn with_exploration(mut search: Params, exploration: f64) -> Outcome<Params> {
+    match &mut search.selection {
+        // Beside this weight no return shows.
+        Selection::Ucb { exploration: own, .. } => *own = if exploration == f64::INFINITY { 1e9 } else { exploration },
+        Selection::Guided { .. } => {
+            return Err(Failure::usage("exploration: this planner is guided by its prior and explores by no weight"));
+        }
+    }
+    Ok(search)
 }
 
 fn name_and_file(text: &str) -> (&str, Option<&str>) {
