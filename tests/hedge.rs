@@ -139,9 +139,11 @@ fn the_estimated_chance_is_what_execution_shows() {
         for trial in 0..6 {
             let judge = JudgeOptions { physics: judged.clone(), ..JudgeOptions::default() };
             let mut judge = Judge::new(&problem, &judge, trial).unwrap();
-            // The plan's first push in a world like those of the ensemble, then the planner by what it sees.
-            judge.execute(&plan.actions[0].action).unwrap();
+            // The plan's first push in a world like those of the ensemble, then the planner by what it sees and remembers.
             let mut planner = Planner::new(options()).unwrap();
+            assert_eq!(planner.solve(&problem, &Control::default()).unwrap().actions[0].action, plan.actions[0].action);
+            judge.execute(&plan.actions[0].action).unwrap();
+            planner.advance(&plan.actions[0].action).unwrap();
             let control = Control::default();
             let rest = run_trial(&mut planner, &mut judge, trial, 12, &control, &mut |_| ()).unwrap();
             let taken = 1 + rest.actions + if rest.end == TrialEnd::Grasped { 0 } else { 6 };

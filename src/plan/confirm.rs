@@ -33,6 +33,7 @@ pub struct Confirmed {
 }
 
 /// A first push with what it came to in perturbed worlds.
+#[derive(Clone, Copy)]
 pub struct Weighed {
     pub push: Push,
     pub chance: f64,

@@ -41,6 +41,9 @@ pub struct Planner {
     ensemble: Option<Ensemble>,
     /// The state that the tree's root stands for: the one observed, until an action is executed.
     expected: Option<State>,
+    /// The pushes of the last plan, and those of them that are left after the first one was executed.
+    planned: Vec<Push>,
+    rest: Vec<Push>,
     /// A grasp has to score at least this, since one that scored less failed; see [`Planner::failed`].
     demand: f64,
 }
@@ -81,6 +84,8 @@ impl Planner {
             confirming: None,
             ensemble: None,
             expected: None,
+            planned: Vec::new(),
+            rest: Vec::new(),
             demand: 0.0,
         })
     }
@@ -125,11 +130,16 @@ impl Planner {
         self.demand = usual + (self.demand - usual).max(0.0) / 2.0;
         let index = self.tree.root_children().find(|c| same_push(c.action, push)).map(|c| c.index);
         let kept = index.is_some_and(|index| self.tree.advance(index));
+        let rest = match self.planned.split_first() {
+            Some((first, rest)) if same_push(first, push) => rest.to_vec(),
+            _ => Vec::new(),
+        };
         if kept {
             self.expected = self.tree.root_state().cloned();
         } else {
             self.reset();
         }
+        self.rest = rest;
         Ok(kept)
     }
 
@@ -144,10 +154,12 @@ impl Planner {
         self.reset();
     }
 
-    /// Forgets the tree. Its memory is kept for the next decision.
+    /// Forgets the tree and the plan. Its memory is kept for the next decision.
     pub fn reset(&mut self) {
         self.tree.reset();
         self.expected = None;
+        self.planned.clear();
+        self.rest.clear();
     }
 
     /// Estimated bytes that the tree holds.
@@ -204,7 +216,9 @@ impl Planner {
         let resume = keep && fits && self.tree.root_state().is_some();
         let from = if resume { From::Tree } else { From::Root(&problem.state, self.options.seed) };
         let found = match &self.ensemble {
-            Some(ensemble) => hedge::make(&decision, ensemble, enough, &mut self.tree, from, &problem.state),
+            Some(ensemble) => {
+                hedge::make(&decision, ensemble, enough, &mut self.tree, from, &problem.state, &self.rest)
+            }
             None => decision.make(&mut self.tree, from, &problem.state),
         }
         .inspect_err(|_| self.expected = None)?;
@@ -213,6 +227,10 @@ impl Planner {
         }
         plan.statistics.seconds = stop.elapsed().as_secs_f64();
         self.fill(&mut plan, found);
+        let pushes =
+            plan.actions.iter().filter_map(|a| if let Action::Push(push) = a.action { Some(push) } else { None });
+        self.planned.clear();
+        self.planned.extend(pushes);
         Ok(plan)
     }
 
@@ -241,10 +259,12 @@ impl Planner {
         }
         let Some(domain) = &self.domain else { return };
         plan.considered = self.considered(&verdict.weighed);
+        let weighed = verdict.best.is_some().then(|| verdict.weighed.first().copied()).flatten();
         match verdict.best {
             Some(confirmed) => self.take_confirmed(plan, confirmed),
             None => self.take_chosen(plan, domain),
         }
+        self.name_chosen(plan, weighed);
         if let Some(join) = &self.recipe.join {
             join.merge(&mut plan.actions);
         }
@@ -289,6 +309,28 @@ impl Planner {
             plan.actions.push(PlannedAction { action: Action::Push(push), predicted, value });
         }
         plan.actions.extend(end);
+    }
+
+    /// The first push of an earlier plan's rest need not be among the root's actions; where it is chosen it stands first.
+    fn name_chosen(&self, plan: &mut Plan, weighed: Option<Weighed>) {
+        let (Some(weighed), Some(first)) = (weighed, plan.actions.first()) else { return };
+        let is_first = |a: &RankedAction| matches!(a.action, Action::Push(push) if same_push(&push, &weighed.push));
+        if plan.considered.first().is_some_and(is_first) {
+            return;
+        }
+        let chosen = RankedAction {
+            action: first.action,
+            value: first.value,
+            best_return: first.value,
+            visits: 0,
+            prior: 0.0,
+            solution_level: None,
+            success_chance: Some(weighed.chance),
+            expected_actions: Some(weighed.expected),
+            predicted: first.predicted.clone(),
+        };
+        plan.considered.insert(0, chosen);
+        plan.considered.truncate(CONSIDERED);
     }
 
     /// The root's actions: first those that were weighed in perturbed worlds, by the expected number of actions, then the

@@ -2,6 +2,7 @@
 
 use super::episode::Rules;
 use super::expect::{Way, ways, weigh};
+use crate::action::Push;
 use crate::error::Result;
 use crate::physics::{Ensemble, PushStatus, Transition};
 use crate::plan::confirm::{Confirmed, SEARCH_SHARE, Verdict, Weighed};
@@ -45,7 +46,8 @@ fn below(params: &Params, solution: Option<u32>) -> Params {
     }
 }
 
-/// Decides by the expected number of actions.
+/// Decides by the expected number of actions. `rest` is what is left of the plan whose first push was executed: it is weighed
+/// like the plans that are found anew.
 pub(in crate::plan) fn make(
     decision: &Decision<'_>,
     ensemble: &Ensemble,
@@ -53,6 +55,7 @@ pub(in crate::plan) fn make(
     tree: &mut Tree<Retrieval>,
     from: From<'_>,
     observed: &State,
+    rest: &[Push],
 ) -> Result<Found> {
     let Decision { domain, params, budget, pool, stop, progress, .. } = *decision;
     let search_stop = stop.sooner(SEARCH_SHARE);
@@ -65,11 +68,15 @@ pub(in crate::plan) fn make(
     };
     let mut verdict = Verdict::default();
     let mut weighed: Vec<Way> = Vec::new();
+    let mut continued = Way::continued(domain, rest, observed, stop);
     let (mut done, mut since) = (1, 0);
     // A root that is a solution ends the first search by itself.
     while !asked(&report, &search_stop) && report.reason != EndReason::Solved {
         let mut fresh = ways(tree, done);
         fresh.retain(|way| !weighed.iter().any(|known| known.pushes.first() == way.pushes.first()));
+        if let Some(way) = continued.take().filter(|c| fresh.iter().all(|way| way.pushes.first() != c.pushes.first())) {
+            fresh.push(way);
+        }
         if done > WHOLE && !(fresh.is_empty() && weighed.is_empty()) {
             since += PIECE;
         }
@@ -108,15 +115,20 @@ pub(in crate::plan) fn make(
         };
         report = both(&report, further);
     }
-    if let Some(way) = weighed.first().filter(|way| !way.costs.is_empty()) {
-        verdict.chance = Some(way.chance());
-        verdict.expected = Some(way.expected());
-        verdict.worlds = way.costs.len() as u64;
+    // What is left of an earlier plan may free the target in some worlds only, and in neither model: it cannot be told.
+    weighed.retain(|way| !way.costs.is_empty());
+    while let Some(way) = weighed.first() {
         verdict.best = as_predicted(domain, decision.confirming.map(|e| &**e), way, observed, stop);
+        if let Some(best) = &verdict.best {
+            verdict.chance = Some(way.within(best.pushes.len() + 1));
+            verdict.expected = Some(way.expected());
+            verdict.worlds = way.costs.len() as u64;
+            break;
+        }
+        weighed.remove(0);
     }
     verdict.weighed = weighed
         .iter()
-        .filter(|way| !way.costs.is_empty())
         .filter_map(|way| Some(Weighed { push: *way.pushes.first()?, chance: way.chance(), expected: way.expected() }))
         .collect();
     Ok(Found { cancelled: asked(&report, &search_stop) || cancelled(stop), report, verdict })

@@ -6,8 +6,9 @@ use std::sync::Mutex;
 use super::episode::{Bench, Rules, World};
 use crate::action::Push;
 use crate::error::Result;
+use crate::physics::{PushJob, PushResult, PushStatus};
 use crate::plan::retrieval::Retrieval;
-use crate::run::Pool;
+use crate::run::{Pool, Stop};
 use crate::scene::State;
 use crate::search::Tree;
 
@@ -39,9 +40,31 @@ impl Way {
 
     /// Share of the worlds in which the target was out after no more actions than the plan has.
     pub fn chance(&self) -> f64 {
-        let actions = self.pushes.len() as f64 + 1.0;
-        let n = self.costs.iter().filter(|&&cost| cost <= actions).count();
+        self.within(self.pushes.len() + 1)
+    }
+
+    /// Share of the worlds in which the target was out after no more than so many actions.
+    pub fn within(&self, actions: usize) -> f64 {
+        let n = self.costs.iter().filter(|&&cost| cost <= actions as f64).count();
         n as f64 / self.costs.len().max(1) as f64
+    }
+
+    /// What is left of an earlier plan, from the state that is now observed. None where a push of it is not possible there.
+    /// Whether it frees the target the worlds will tell: what the cheap engine does not see may well be true.
+    pub fn continued(domain: &Retrieval, rest: &[Push], observed: &State, stop: &Stop) -> Option<Way> {
+        let mut scratch = domain.new_scratch();
+        let mut states: Vec<State> = Vec::new();
+        for push in rest {
+            let mut results = [PushResult::default()];
+            let jobs = [PushJob { state: states.last().unwrap_or(observed), push: *push }];
+            domain.simulate(&mut scratch, &jobs, &mut results, stop);
+            let [result] = results;
+            if result.status != PushStatus::Executed || domain.harmful(&result) {
+                return None;
+            }
+            states.push(result.state);
+        }
+        (!states.is_empty()).then(|| Way { pushes: rest.to_vec(), states, costs: Vec::new() })
     }
 }
 
