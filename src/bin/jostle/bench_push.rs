@@ -20,7 +20,7 @@ use crate::table::{Table, number};
 /// Times that every push runs in one timed run, at least: a run has to be long against the waking of an idle core.
 const PASSES: usize = 8;
 /// Calls that are timed together, at least: fewer cannot be dealt out evenly to two threads, as a call stays on one.
-const CALLS: usize = 32;
+const CALLS: usize = 128;
 /// Every variant runs at least this often.
 const ROUNDS: usize = 3;
 const THREADS: [usize; 2] = [1, 2];
