@@ -81,5 +81,7 @@ fn the_geometric_test_foretells_what_is_held() {
     }
     let best: Vec<&GraspSample> = all.iter().filter(|s| s.best).collect();
     let held = Confusion::of(best.iter().copied(), 0.3);
-    assert!(held.both > 30 && held.precision() > 0.9 && held.recall() > 0.8, "{held:?}");
+    // Over every body of a few scenes; of the targets alone, which are hemmed in, more grasps score below 0.3 and hold.
+    let recall = if asked.is_none() { 0.9 } else { 0.85 };
+    assert!(held.both > 30 && held.precision() > 0.9 && held.recall() > recall, "{held:?}");
 }

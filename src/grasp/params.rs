@@ -13,12 +13,12 @@ use crate::error::{Error, Result, check_positive, check_range};
 pub struct GraspParams {
     /// Closing directions over half a turn, from the normal of the longest straight side of the body's hull on.
     pub angles: usize,
-    /// Positions along the pads, evenly spread
+    /// Positions along the pads, evenly spread within `offset_reach` of the body's centroid.
     pub offsets: usize,
-    /// within this distance of the body's centroid, metres.
+    /// Metres.
     pub offset_reach: f64,
-    /// Positions as far apart go on to where the pads still cover enough of the body, at most so far from the centroid,
-    /// metres: what is hemmed in is often held by an end.
+    /// Positions as far apart as these go on to the body's ends, where the pads still cover enough of it: what is hemmed in
+    /// is often held by an end. None is farther from the centroid than this, metres.
     pub end_reach: f64,
     /// Openings to choose from, metres; empty: the gripper's full opening alone. The originals always open fully;
     /// 45 to 80 mm lets the fingers come down in narrower gaps.
@@ -58,10 +58,11 @@ pub struct GraspScore {
     pub turn_floor: f64,
     /// Radians; 45 degrees by default, at which a square is gripped by opposite corners.
     pub full_turn: f64,
+    /// Factor towards the end.
     pub end_floor: f64,
-    /// Share of the way from the centroid to the end.
+    /// Share of the way from the centroid to the end from which a flat grip would have it.
     pub end_share: f64,
-    /// That share lost for each radian of turn.
+    /// By how much less of the way for each radian of turn.
     pub end_turn: f64,
     /// Metres.
     pub full_width_spare: f64,

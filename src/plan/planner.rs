@@ -119,8 +119,8 @@ impl Planner {
         self.decide(problem, budget, keep, control)
     }
 
-    /// Tells the planner that the first action of its last plan was executed: the part of the tree below it is kept.
-    /// Returns whether there was one.
+    /// Tells the planner that the first action of its last plan was executed: the part of the tree below it is kept, and
+    /// `hedge` weighs the rest of the plan beside what it finds anew. Returns whether there was such a part of the tree.
     pub fn advance(&mut self, action: &Action) -> Result<bool> {
         let Action::Push(push) = action else {
             self.reset();

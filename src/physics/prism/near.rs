@@ -9,7 +9,7 @@ use super::world::World;
 /// Pairs nearer than this (beyond the reach of contacts) are listed; the list is made anew when bodies have moved by half
 /// of it. Metres.
 pub const SKIN: Real = 0.012;
-/// The world is this far beyond any reach of contacts, metres: a tall body's lean.
+/// Added to every reach, metres: so far the lean of tall bodies may shift their outlines.
 const LEAN: Real = 0.003;
 
 /// Two pieces that are near each other.

@@ -7,7 +7,7 @@
 
 use super::kernel::{self, BodyRow, Four, GroundRow, Motion, Number};
 use super::model::{Flat, Real};
-use super::wide;
+use super::wide::{self, Wide};
 use crate::physics::lanes::simd::WithSimd;
 use crate::physics::lanes::{LANES, Simd8};
 
@@ -348,38 +348,41 @@ impl Rows {
         }
     }
 
-    /// Normal impulses of the contacts with the ground.
+    /// Visits the contacts with the ground, eight bodies at a time, which are taken up once for all of theirs.
     #[inline(always)]
-    pub fn ground_normals<S: Simd8>(&mut self, s: S) {
+    fn each_block<S: Simd8>(&mut self, s: S, mut visit: impl FnMut(&mut Block, &mut Motion<Wide<S>>)) {
         let back = self.goes_back();
-        let mut change = wide::zero(s);
         for footing in &self.footings {
             let mut body = wide::load_bodies(s, &self.motion, &footing.bodies);
             let blocks = &mut self.ground[footing.first..footing.end];
             let of = blocks.len();
             for k in 0..of {
-                let block = &mut blocks[if back { of - 1 - k } else { k }];
-                change = wide::ground_normal(s, block, &mut body).greater(change);
+                visit(&mut blocks[if back { of - 1 - k } else { k }], &mut body);
             }
             wide::store_bodies(s, &mut self.motion, &footing.bodies, body);
         }
+    }
+
+    /// Normal impulses of the contacts with the ground.
+    #[inline(always)]
+    pub fn ground_normals<S: Simd8>(&mut self, s: S) {
+        let mut change = wide::zero(s);
+        self.each_block(
+            s,
+            #[inline(always)]
+            |block, body| change = wide::ground_normal(s, block, body).greater(change),
+        );
         self.change = wide::greatest(change).max(self.change);
     }
 
     /// Friction, spinning and rolling of the contacts with the ground.
     #[inline(always)]
     pub fn ground_frictions<S: Simd8>(&mut self, s: S) {
-        let back = self.goes_back();
-        for footing in &self.footings {
-            let mut body = wide::load_bodies(s, &self.motion, &footing.bodies);
-            let blocks = &mut self.ground[footing.first..footing.end];
-            let of = blocks.len();
-            for k in 0..of {
-                let block = &mut blocks[if back { of - 1 - k } else { k }];
-                wide::ground_friction(s, block, &mut body);
-            }
-            wide::store_bodies(s, &mut self.motion, &footing.bodies, body);
-        }
+        self.each_block(
+            s,
+            #[inline(always)]
+            |block, body| wide::ground_friction(s, block, body),
+        );
     }
 }
 

@@ -1,7 +1,7 @@
 //! The list of experiments (`bench/results.toml`): sections, suites, plots and rows. A row is one `jostle run`.
 
 use super::metrics::Kind;
-use super::toml::{self, Entry, Table, Value};
+use super::tables::{self, Entry, Table, Value};
 
 /// Everything that the results document is made of.
 #[derive(Debug, Clone, Default)]
@@ -121,7 +121,7 @@ impl List {
     /// One line that names the entry and the key.
     pub fn parse(text: &str) -> Result<List, String> {
         let mut list = List::default();
-        for table in toml::parse(text)? {
+        for table in tables::parse(text)? {
             let mut keys = Keys::new(&table);
             match table.name.as_str() {
                 "section" => list.sections.push(Section::read(&mut keys)?),

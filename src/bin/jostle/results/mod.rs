@@ -1,7 +1,7 @@
 //! `jostle results`: every experiment of a list, and the document that shows them beside the published figures.
 //!
 //! A row is one `jostle run`, started as a process of its own; what it reported is kept (`store`), so that a run goes on
-//! where it was interrupted. `list` reads the experiments, `schedule` runs them, `metrics` reads the reports, `document`
+//! where it was interrupted. `list` (from `tables`) reads the experiments, `schedule` runs them, `metrics` reads the reports, `document`
 //! and `plot` write.
 
 mod document;
@@ -10,9 +10,9 @@ mod metrics;
 mod plot;
 mod schedule;
 mod store;
+mod tables;
 #[cfg(test)]
 mod tests;
-mod toml;
 
 use std::fmt::Write as _;
 use std::io::Write as _;

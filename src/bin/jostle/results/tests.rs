@@ -235,7 +235,7 @@ fn mistakes_in_a_list_name_the_row_and_the_key() {
             "section `hard`: kind: is `chess`; known: retrieval, retrieval-per-trial, clearing, rearrangement",
         ),
         ("[[plot]]", "[[graph]]", "line 11: there are no [[graph]]"),
-        ("of = 22", "of = x", "line 5: of: `x` is no text in quotes, number, true, false, array or table"),
+        ("of = 22", "of = x", "line 5: `of = x`: string values must be quoted, expected literal string"),
     ] {
         assert_eq!(changed(from, to), error);
     }
