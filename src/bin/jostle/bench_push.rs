@@ -26,7 +26,7 @@ const ROUNDS: usize = 3;
 const THREADS: [usize; 2] = [1, 2];
 /// Scenes that are generated, and pushes tried in each.
 const SCENES: u64 = 24;
-const PUSHES: usize = 12;
+const PUSHES: usize = 64;
 
 #[derive(Serialize)]
 struct Report {

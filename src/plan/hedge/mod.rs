@@ -35,7 +35,7 @@ const LANES: usize = 64;
 /// Limits of a decision. Where a plan is found, the caps on the work end it long before; the iterations come before the
 /// seconds, so that what is decided does not depend on how busy the machine is.
 const ITERATIONS: u64 = 65_536;
-const SECONDS: f64 = 8.0;
+const SECONDS: f64 = 2.8;
 
 pub fn recipe(options: &PlannerOptions) -> Result<Recipe> {
     let lanes = options.lanes.unwrap_or(LANES) as u32;
@@ -47,7 +47,7 @@ pub fn recipe(options: &PlannerOptions) -> Result<Recipe> {
         ..Recipe::new(
             search,
             PhysicsOptions::named("planar", None, Purpose::Planning)?,
-            "pmbs_contour",
+            "rich",
             Reward { shaping: 0.1, solved_score: options.grasp.solved_score },
             Budget { iterations: Some(ITERATIONS), seconds: Some(SECONDS), bytes: None },
         )
