@@ -441,7 +441,7 @@ fn networks_on_images_answer_within_their_ranges_and_alike() {
 }
 
 #[test]
-fn instances_come_from_heat_and_offsets_and_from_masks() {
+fn instances_come_from_offsets_and_from_masks() {
     if !runs() {
         return;
     }
