@@ -114,6 +114,8 @@ pub trait Simd8: Numbers {
 
     fn load(self, x: &[f32; LANES]) -> Self::F;
     fn store(self, x: Self::F) -> [f32; LANES];
+    /// Where `a < b`, one bit each.
+    fn less(self, a: Self::F, b: Self::F) -> u32;
     /// Columns of eight rows of four: result `k` holds the `k`-th number of every row.
     fn columns(self, rows: [[f32; 4]; LANES]) -> [Self::F; 4];
     /// The rows of four columns: undoes [`Simd8::columns`].
@@ -180,6 +182,10 @@ macro_rules! array_moves {
         #[inline(always)]
         fn store(self, x: Self::F) -> [f32; LANES] {
             x
+        }
+        #[inline(always)]
+        fn less(self, a: Self::F, b: Self::F) -> u32 {
+            (0..LANES).fold(0, |bits, i| bits | u32::from(a[i] < b[i]) << i)
         }
         #[inline(always)]
         fn columns(self, rows: [[f32; 4]; LANES]) -> [Self::F; 4] {
@@ -280,6 +286,7 @@ mod tests {
                         columns[2],
                     ];
                     // Which payload a NaN has is not defined: only that it is one.
+                    assert_eq!(s.less(a, b), 0b0001_0010);
                     let bits = |x: f32| if x.is_nan() { u32::MAX } else { x.to_bits() };
                     results.iter().map(|r| s.store(*r).map(bits)).collect()
                 },

@@ -97,6 +97,11 @@ macro_rules! eight {
                 pulp::cast(x)
             }
             #[inline(always)]
+            fn less(self, a: __m256, b: __m256) -> u32 {
+                // 17: less than, ordered, quiet.
+                self.0.avx._mm256_movemask_ps(self.0.avx._mm256_cmp_ps::<17>(a, b)) as u32
+            }
+            #[inline(always)]
             fn columns(self, r: [[f32; 4]; LANES]) -> [__m256; 4] {
                 let avx = self.0.avx;
                 let (a, b) = (self.pair(r[0], r[4]), self.pair(r[1], r[5]));

@@ -48,8 +48,12 @@ pub struct Found<'a> {
     pub reached: Vec<u16>,
     pub in_reach: Mask,
     pub overlap: f32,
-    /// Contacts come in about the same order as in the step before: where to look first.
-    pub hint: usize,
+    /// By body, the tip last: where its contacts with what it reaches are in [`Found::known`].
+    pub spans: Vec<[usize; 2]>,
+    /// Where those of the body that is being looked at were in the step before.
+    before: [usize; 2],
+    /// They come in about the same order as then: where to look first.
+    hint: usize,
 }
 
 impl<'a> Found<'a> {
@@ -65,13 +69,27 @@ impl<'a> Found<'a> {
             reached: std::mem::take(&mut lane.reached),
             in_reach: lane.in_reach,
             overlap: lane.overlap,
-            hint: lane.hint,
+            spans: std::mem::take(&mut lane.spans),
+            before: [0; 2],
+            hint: 0,
         }
     }
 
     pub fn back_to(self, lane: &mut Lane) {
         (lane.contacts, lane.known, lane.reached) = (self.contacts, self.known, self.reached);
-        (lane.in_reach, lane.overlap, lane.hint) = (self.in_reach, self.overlap, self.hint);
+        (lane.in_reach, lane.overlap, lane.spans) = (self.in_reach, self.overlap, self.spans);
+    }
+
+    /// From now on contacts are those of `body`, or the tip if it is the number of bodies, with what it reaches.
+    pub fn begin(&mut self, lane: &Lane, body: usize) {
+        self.before = lane.spans_before.get(body).copied().unwrap_or_default();
+        self.hint = self.before[0];
+        self.spans[body] = [self.known.len(); 2];
+    }
+
+    /// That was all of them.
+    pub fn end(&mut self, body: usize) {
+        self.spans[body][1] = self.known.len();
     }
 
     /// Lets a body take part in the step.
@@ -151,19 +169,17 @@ impl<'a> Found<'a> {
     /// The impulses that the same contact had in the step before: of the same features, else of the nearest point of
     /// the pair that was not taken.
     fn warm(&mut self, lane: &Lane, pair: u64, point: &Point) -> (f32, f32) {
-        let before = &lane.before;
-        let n = before.len();
-        for k in 0..n {
-            let i = if self.hint + k < n { self.hint + k } else { self.hint + k - n };
-            let known = &before[i];
+        let [first, last] = self.before;
+        for i in (self.hint..last).chain(first..self.hint) {
+            let known = &lane.before[i];
             if known.pair == pair && known.feature == point.feature {
-                self.hint = if i + 1 < n { i + 1 } else { 0 };
+                self.hint = i + 1;
                 return (known.normal, known.tangential);
             }
         }
         let mut nearest = 2.5e-5;
         let mut impulse = (0.0, 0.0);
-        for known in before.iter().filter(|k| k.pair == pair) {
+        for known in lane.before[first..last].iter().filter(|k| k.pair == pair) {
             let (dx, dy) = (known.x - point.x, known.y - point.y);
             if dx * dx + dy * dy < nearest {
                 nearest = dx * dx + dy * dy;

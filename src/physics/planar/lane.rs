@@ -12,6 +12,8 @@ use crate::scene::{BodyPose, Mask, Scene, State};
 
 /// A gap below this ends the free travel of the tip, metres.
 const NEAR: f32 = 5e-5;
+/// Bodies are looked for a little farther than their contacts, so that rounding leaves nothing out, metres.
+const ROUNDING: f32 = 1e-4;
 
 /// Everything of a push that is being executed. Its vectors keep their memory from push to push.
 #[derive(Debug, Default)]
@@ -21,7 +23,7 @@ pub struct Lane {
     /// Origins and rotations of all bodies.
     frames: Vec<Frame2>,
     present: Vec<u16>,
-    /// Bounding circles of the present bodies, in their order; filled up with circles that nothing is near.
+    /// Bounding circles of the bodies; of those that are absent, and to fill up, circles that nothing is near.
     circles: Vec<Circles>,
     borders: Vec<f32>,
     /// From the centre of mass to the centre of pressure, world frame.
@@ -41,8 +43,9 @@ pub struct Lane {
     spread: Mask,
     /// Bodies that moved in the step before.
     yielded: Mask,
-    /// Where the search for a contact of the step before begins.
-    pub(super) hint: usize,
+    /// By body, the tip last: where its contacts with what it reaches are in `known`, and were in `before`.
+    pub(super) spans: Vec<[usize; 2]>,
+    pub(super) spans_before: Vec<[usize; 2]>,
     pub contacts: Vec<Record>,
     pub(super) known: Vec<Known>,
     pub(super) before: Vec<Known>,
@@ -74,9 +77,7 @@ impl Circles {
     fn near<S: Simd8>(&self, s: S, x: f32, y: f32, radius: f32) -> u32 {
         let (dx, dy) = (s.sub(s.load(&self.x), s.splat(x)), s.sub(s.load(&self.y), s.splat(y)));
         let reach = s.max(s.add(s.load(&self.radius), s.splat(radius)), s.splat(0.0));
-        let squared = s.add(s.mul(dx, dx), s.mul(dy, dy));
-        let far = s.store(s.sub(squared, s.mul(reach, reach)));
-        far.iter().enumerate().fold(0, |bits, (l, &far)| bits | u32::from(far < 0.0) << l)
+        s.less(s.add(s.mul(dx, dx), s.mul(dy, dy)), s.mul(reach, reach))
     }
 }
 
@@ -191,7 +192,6 @@ impl Lane {
                 };
                 return true;
             }
-            self.known.clear();
             self.move_tip(s, shared);
         }
         false
@@ -233,20 +233,14 @@ impl Lane {
         self.yielded = state.present();
         self.touched = Mask::EMPTY;
         self.known.clear();
+        self.spans.clear();
         self.circles.clear();
-        self.circles.resize(self.present.len().div_ceil(LANES), Circles::NOWHERE);
+        self.circles.resize(n.div_ceil(LANES), Circles::NOWHERE);
         for k in 0..self.present.len() {
-            self.place(s, model, usize::from(self.present[k]));
             let body = usize::from(self.present[k]);
-            self.circles[k / LANES].radius[k % LANES] = model.bodies[body].radius;
-            self.place_circle(k);
+            self.place(s, model, body);
+            self.circles[body / LANES].radius[body % LANES] = model.bodies[body].radius;
         }
-    }
-
-    /// Brings the bounding circle of a present body to its frame.
-    fn place_circle(&mut self, k: usize) {
-        let (frame, circles) = (&self.frames[usize::from(self.present[k])], &mut self.circles[k / LANES]);
-        (circles.x[k % LANES], circles.y[k % LANES]) = (frame.x, frame.y);
     }
 
     /// Brings a body's centre of pressure to its frame.
@@ -264,6 +258,8 @@ impl Lane {
         let (sin, cos) = sin_cos(pose.theta);
         let frame = Frame2 { x: pose.x, y: pose.y, cos, sin };
         self.frames[body] = frame;
+        let circles = &mut self.circles[body / LANES];
+        (circles.x[body % LANES], circles.y[body % LANES]) = (frame.x, frame.y);
         for piece in model.bodies[body].pieces.clone() {
             let octets = &mut self.octets[model.octets[piece].clone()];
             self.centres[piece] = model.outlines[piece].place(s, &frame, octets);
@@ -376,6 +372,11 @@ impl Lane {
         for k in 0..self.present.len() {
             for l in k + 1..self.present.len() {
                 let (a, b) = (usize::from(self.present[k]), usize::from(self.present[l]));
+                let (fa, fb) = (&self.frames[a], &self.frames[b]);
+                let circles = shared.model.bodies[a].radius + shared.model.bodies[b].radius + full;
+                if !nearer([fa.x, fa.y], [fb.x, fb.y], circles) {
+                    continue;
+                }
                 let mut least = full;
                 self.pairs(shared.model, a, b, full, |_, _, first, second| {
                     least = least.min(contact(s, first, second, full).gap());
@@ -387,7 +388,7 @@ impl Lane {
         }
     }
 
-    /// Calls `visit` with the pieces of two bodies whose bounding circles are nearer than `within`.
+    /// Calls `visit` with the pieces of two bodies whose own bounding circles are nearer than `within`.
     fn pairs(
         &self,
         model: &Model,
@@ -396,13 +397,8 @@ impl Lane {
         within: f32,
         mut visit: impl FnMut(usize, usize, Placed<'_>, Placed<'_>),
     ) {
-        let (fa, fb) = (&self.frames[a], &self.frames[b]);
-        let (ba, bb) = (&model.bodies[a], &model.bodies[b]);
-        if !nearer([fa.x, fa.y], [fb.x, fb.y], ba.radius + bb.radius + within) {
-            return;
-        }
-        for p in ba.pieces.clone() {
-            for q in bb.pieces.clone() {
+        for p in model.bodies[a].pieces.clone() {
+            for q in model.bodies[b].pieces.clone() {
                 let reach = model.outlines[p].radius + model.outlines[q].radius + within;
                 if nearer(self.centres[p], self.centres[q], reach) {
                     visit(p, q, self.placed(model, p), self.placed(model, q));
@@ -417,22 +413,21 @@ impl Lane {
         let model = shared.model;
         let reach = shared.settings.reach as f32;
         std::mem::swap(&mut self.known, &mut self.before);
+        std::mem::swap(&mut self.spans, &mut self.spans_before);
         self.contacts.clear();
         self.known.clear();
+        self.spans.clear();
+        self.spans.resize(model.bodies.len() + 1, [0; 2]);
         self.reached.clear();
-        (self.in_reach, self.spread, self.overlap, self.hint) = (Mask::EMPTY, Mask::EMPTY, 0.0, 0);
+        (self.in_reach, self.spread, self.overlap) = (Mask::EMPTY, Mask::EMPTY, 0.0);
         let mut found = Found::of(self, shared);
+        found.begin(self, model.bodies.len());
         impulses[self.index * LANE_SLOTS + TIP_SLOT] = [0.0, 0.0, 0.0, 1.0];
         let step = if self.steps_left > 0 { self.travel } else { 0.0 };
         let tip_move = [self.direction[0] * step, self.direction[1] * step];
         let tip_within = reach + step + shared.settings.border as f32;
         let tip = self.placed_tip(model);
-        for &body in &self.present {
-            let body = usize::from(body);
-            let frame = &self.frames[body];
-            if !nearer(self.tip_centre, [frame.x, frame.y], model.tip.radius + model.bodies[body].radius + tip_within) {
-                continue;
-            }
+        for body in self.near(s, self.tip_centre, model.tip.radius + tip_within + ROUNDING).iter() {
             for piece in model.bodies[body].pieces.clone() {
                 let circles = model.tip.radius + model.outlines[piece].radius + tip_within;
                 if !nearer(self.tip_centre, self.centres[piece], circles) {
@@ -444,6 +439,7 @@ impl Lane {
                 found.add(self, &manifold, pair, impulses);
             }
         }
+        found.end(model.bodies.len());
         if self.steps_left == 0 {
             // The tip may have left bodies behind that still overlap.
             self.moved.iter().for_each(|body| found.reach(body, impulses));
@@ -471,35 +467,37 @@ impl Lane {
                 continue;
             }
             self.spread.insert(a);
-            // A little more than is asked below, so that rounding leaves nothing out.
-            let within = reach + 2.0 * shared.settings.border as f32 + 1e-4;
-            let (frame, radius) = (self.frames[a], model.bodies[a].radius + within);
-            for (group, circles) in self.circles.iter().enumerate() {
-                let mut near = s.vectorize(
-                    #[inline(always)]
-                    || circles.near(s, frame.x, frame.y, radius),
-                );
-                while near != 0 {
-                    let k = group * LANES + near.trailing_zeros() as usize;
-                    near &= near - 1;
-                    let b = usize::from(self.present[k]);
-                    if self.spread.contains(b) {
-                        continue;
-                    }
-                    let border = self.borders[a] + self.borders[b];
-                    let within = reach + border;
-                    self.pairs(model, a, b, within, |p, q, first, second| {
-                        let manifold = contact(s, first, second, within);
-                        let pieces = (p as u64) << 32 | q as u64;
-                        let pair = Pair { a: Some(a), b, pieces, border, tip_move: [0.0; 2], reach: f32::INFINITY };
-                        found.add(self, &manifold, pair, impulses);
-                    });
-                }
+            let Frame2 { x, y, .. } = self.frames[a];
+            let within = reach + 2.0 * shared.settings.border as f32 + ROUNDING;
+            let near = self.near(s, [x, y], model.bodies[a].radius + within);
+            found.begin(self, a);
+            for b in Mask(near.0 & !self.spread.0).iter() {
+                let border = self.borders[a] + self.borders[b];
+                let within = reach + border;
+                self.pairs(model, a, b, within, |p, q, first, second| {
+                    let manifold = contact(s, first, second, within);
+                    let pieces = (p as u64) << 32 | q as u64;
+                    let pair = Pair { a: Some(a), b, pieces, border, tip_move: [0.0; 2], reach: f32::INFINITY };
+                    found.add(self, &manifold, pair, impulses);
+                });
             }
+            found.end(a);
         }
         let more = found.contacts.len() > before;
         found.back_to(self);
         more
+    }
+
+    /// The bodies whose bounding circles are nearer than `radius` to a point.
+    fn near<S: Simd8>(&self, s: S, [x, y]: [f32; 2], radius: f32) -> Mask {
+        let circles = &self.circles;
+        s.vectorize(
+            #[inline(always)]
+            || {
+                let near = circles.iter().zip((0u32..128).step_by(LANES));
+                Mask(near.fold(0, |bits, (eight, first)| bits | u128::from(eight.near(s, x, y, radius)) << first))
+            },
+        )
     }
 
     /// Keeps the impulses of the solved step, and which bodies the tip pressed.
@@ -547,7 +545,6 @@ impl Lane {
             self.place(s, shared.model, i);
             self.place_lever(shared.model, i);
         }
-        (0..self.present.len()).for_each(|k| self.place_circle(k));
     }
 }
 

@@ -38,6 +38,8 @@ struct Workspace {
     lanes: Vec<Lane>,
     impulses: Vec<Impulse>,
     idle: [[Record; 1]; PUSHES],
+    /// The jobs of a call in the order in which they are begun, with what each is likely to cost.
+    order: Vec<(f32, usize)>,
 }
 
 impl Workspace {
@@ -46,6 +48,7 @@ impl Workspace {
             lanes: (0..PUSHES).map(Lane::new).collect(),
             impulses: vec![[0.0; 4]; SLOTS],
             idle: [[Record::idle()]; PUSHES],
+            order: Vec::new(),
         }
     }
 }
@@ -114,13 +117,17 @@ impl WithSimd for Call<'_> {
     type Output = ();
 
     fn run<S: Simd8>(self, simd: S) {
-        let Workspace { lanes, impulses, idle } = self.workspace;
+        let Workspace { lanes, impulses, idle, order } = self.workspace;
         // Both are made with these lengths.
         let (Some(lanes), Some(impulses)) = (lanes.first_chunk_mut::<PUSHES>(), impulses.first_chunk_mut::<SLOTS>())
         else {
             return;
         };
         let engine = self.engine;
+        order.clear();
+        order.extend(self.jobs.iter().enumerate().map(|(i, job)| (engine.model.effort(job.state, &job.push), i)));
+        // A long push that is begun last would keep one lane busy while the others have nothing to do.
+        order.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         let mut work = Work {
             simd,
             shared: Shared { scene: &engine.scene, model: &engine.model, settings: &engine.settings },
@@ -135,6 +142,7 @@ impl WithSimd for Call<'_> {
             cursors: [Cursor::default(); PUSHES],
             busy: 0,
             held: [0; PUSHES],
+            order,
             jobs: self.jobs,
             results: self.results,
         };
@@ -153,6 +161,7 @@ struct Work<'a, S> {
     /// The lanes that have a list of contacts, one bit each.
     busy: u32,
     held: [usize; PUSHES],
+    order: &'a [(f32, usize)],
     jobs: &'a [PushJob<'a>],
     results: &'a mut [PushResult],
 }
@@ -191,6 +200,7 @@ impl<S: Simd8> LaneWork for Work<'_, S> {
     const LANES: usize = PUSHES;
 
     fn begin(&mut self, lane: usize, job: usize) -> bool {
+        let job = self.order[job].1;
         self.held[lane] = job;
         let (s, shared, jobs) = (self.simd, &self.shared, self.jobs);
         let (this, cursor) = (&mut self.lanes[lane], &mut self.cursors[lane]);
@@ -231,6 +241,6 @@ impl<S: Simd8> LaneWork for Work<'_, S> {
     }
 
     fn interrupt(&mut self, job: usize) {
-        self.results[job].status = PushStatus::Interrupted;
+        self.results[self.order[job].1].status = PushStatus::Interrupted;
     }
 }

@@ -3,9 +3,10 @@
 use std::ops::Range;
 
 use super::settings::PlanarSettings;
+use crate::action::Push;
 use crate::geom::{Vec2, vec2};
 use crate::physics::narrow::Outline;
-use crate::scene::Scene;
+use crate::scene::{Scene, State};
 
 /// A body. Its fictitious mass is its greatest friction force over the scene's typical one: the mass metric is then
 /// the metric of the limit surface, in the coordinates (x, y, `torque_radius` times angle).
@@ -83,5 +84,22 @@ impl Model {
             tip: Outline::polygon(&tip),
             tip_friction: scene.friction().tip as f32,
         }
+    }
+
+    /// What a push is likely to cost beside others: how far the tip would push the bodies on its way, all together,
+    /// metres.
+    pub fn effort(&self, state: &State, push: &Push) -> f32 {
+        let (start, direction, length) = (push.start(), push.direction(), push.length() as f32);
+        let [x, y, ux, uy] = [start.x as f32, start.y as f32, direction.x as f32, direction.y as f32];
+        let mut effort = 0.0;
+        for (body, pose) in self.bodies.iter().zip(state.poses()) {
+            let reach = body.radius + self.tip.radius;
+            let (dx, dy) = (pose.x - x, pose.y - y);
+            let (along, across) = (dx * ux + dy * uy, dy * ux - dx * uy);
+            if across.abs() < reach && along > 0.0 {
+                effort += (length - (along - reach).max(0.0)).max(0.0);
+            }
+        }
+        effort
     }
 }

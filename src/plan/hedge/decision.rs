@@ -1,7 +1,7 @@
 //! One decision of `hedge`: levels one after another, each weighed before the next is begun.
 
 use super::episode::Rules;
-use super::expect::{Way, ways, weigh};
+use super::expect::{PLANS, Way, ways, weigh};
 use crate::action::Push;
 use crate::error::Result;
 use crate::physics::{Ensemble, PushStatus, Transition};
@@ -14,12 +14,28 @@ use crate::search::{Closed, EarlyStop, EndReason, Params, Run, Tree};
 
 /// Levels that are searched whole, whatever it takes.
 const WHOLE: u32 = 2;
-/// Iterations of a piece of the guided search below them, after which it looks at what it has.
+/// The last level that is searched before deeper ones: whole where that takes no more than `LAST_WORK`, else as far.
+const LAST: u32 = 3;
+/// Pushes tried there times bodies. A push of 5 to 11 bodies takes about 10 us a body to find, simulate and grade.
+const LAST_WORK: u64 = 200_000;
+/// A plan that is expected to take so much more than the least that one of the last level could take is good enough:
+/// thousands of pushes are not worth less.
+const LAST_GAIN: f64 = 0.25;
+/// Iterations of a piece of the last level's search and of the guided search below, after which it looks at what it has.
 const PIECE: u64 = 512;
-/// Iterations of it beyond the piece with which a first solution was known; until then it goes on to the budget's end.
+/// Iterations below beyond the piece with which a first solution was known; until then it goes on to the budget's end.
 const FURTHER: u64 = 1024;
-/// First pushes with a solution that are enough of them.
+/// First pushes with a solution that are enough of them, below.
 const ENOUGH: usize = 8;
+
+/// What is searched.
+#[derive(Clone, Copy, PartialEq)]
+enum Stage {
+    /// Everything down to this level.
+    Level(u32),
+    /// The guided search below.
+    Below,
+}
 
 /// What one search of a level may do: everything down to this level, without rollouts.
 pub(in crate::plan) fn level(params: &Params, level: u32) -> Params {
@@ -69,21 +85,29 @@ pub(in crate::plan) fn make(
     let mut verdict = Verdict::default();
     let mut weighed: Vec<Way> = Vec::new();
     let mut continued = Way::continued(domain, rest, observed, stop);
-    let (mut done, mut since) = (1, 0);
+    let last_work = (LAST_WORK / domain.scene.len().max(1) as u64).max(PIECE);
+    let mut stage = Stage::Level(1);
+    // Iterations of the last level, and below since a solution is known.
+    let (mut spent_last, mut since) = (0, 0);
     // A root that is a solution ends the first search by itself.
     while !asked(&report, &search_stop) && report.reason != EndReason::Solved {
-        let mut fresh = ways(tree, done);
+        let mut fresh = ways(tree, if let Stage::Level(level) = stage { level } else { params.max_depth });
         fresh.retain(|way| !weighed.iter().any(|known| known.pushes.first() == way.pushes.first()));
         if let Some(way) = continued.take().filter(|c| fresh.iter().all(|way| way.pushes.first() != c.pushes.first())) {
             fresh.push(way);
         }
-        if done > WHOLE && !(fresh.is_empty() && weighed.is_empty()) {
+        if stage == Stage::Below && !(fresh.is_empty() && weighed.is_empty()) {
             since += PIECE;
         }
         let left = budget.iterations.map(|most| most.saturating_sub(report.iterations));
         // A piece that was used up is no end of the search; the budget is.
         let through = report.reason != EndReason::Iterations || left == Some(0) || search_stop.requested();
-        if done <= WHOLE || fresh.len() >= ENOUGH || since > FURTHER || through {
+        let over = match stage {
+            Stage::Level(level) if level <= WHOLE => true,
+            Stage::Level(_) => through || fresh.len() >= PLANS || spent_last >= last_work,
+            Stage::Below => through || fresh.len() >= ENOUGH || since > FURTHER,
+        };
+        if over {
             let before = stop.elapsed();
             let mut spent = [0; 2];
             verdict.tried += fresh.len() as u64;
@@ -95,23 +119,35 @@ pub(in crate::plan) fn make(
             weighed.append(&mut fresh);
             // Stable: of equals the shorter plan stays first.
             weighed.sort_by(|a, b| a.expected().total_cmp(&b.expected()));
-            // A longer plan takes at least one action more than the levels that were searched.
-            let settled = weighed.first().is_some_and(|way| way.expected() <= f64::from(done) + 2.0);
-            if settled || done > WHOLE {
+            let least = weighed.first().map_or(f64::INFINITY, Way::expected);
+            // A longer plan takes at least one action more than the level that was searched.
+            let good_enough = match stage {
+                Stage::Level(level) if level < WHOLE => f64::from(level) + 2.0,
+                Stage::Level(WHOLE) => f64::from(WHOLE) + 2.0 + LAST_GAIN,
+                _ => f64::MAX,
+            };
+            if least <= good_enough || stage == Stage::Below {
                 break;
             }
         }
+        let deepest = matches!(stage, Stage::Level(level) if level >= params.max_depth);
         let full = report.reason == EndReason::Memory;
-        if full || left == Some(0) || search_stop.requested() || done >= params.max_depth && done <= WHOLE {
+        if full || left == Some(0) || search_stop.requested() || over && deepest {
             break;
         }
-        let further = if done < WHOLE {
-            done += 1;
-            tree.resume(domain, &level(params, done), &run(left))?
-        } else {
-            done = params.max_depth;
-            let piece = Some(left.unwrap_or(PIECE).min(PIECE));
-            tree.resume(domain, &below(params, report.solution_level), &run(piece))?
+        stage = match stage {
+            Stage::Level(level) if over && level < LAST => Stage::Level(level + 1),
+            Stage::Level(_) if over => Stage::Below,
+            same => same,
+        };
+        let piece = left.unwrap_or(PIECE).min(PIECE);
+        let further = match stage {
+            Stage::Level(to) if to <= WHOLE => tree.resume(domain, &level(params, to), &run(left))?,
+            Stage::Level(to) => {
+                spent_last += piece;
+                tree.resume(domain, &level(params, to), &run(Some(piece)))?
+            }
+            Stage::Below => tree.resume(domain, &below(params, report.solution_level), &run(Some(piece)))?,
         };
         report = both(&report, further);
     }

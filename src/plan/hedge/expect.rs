@@ -13,7 +13,7 @@ use crate::scene::State;
 use crate::search::Tree;
 
 /// Plans that are tried at once, at most: one for each first push.
-const PLANS: usize = 12;
+pub(super) const PLANS: usize = 12;
 /// Worlds of each round, and the share of the plans that enters the next.
 const ROUNDS: [(usize, usize); 3] = [(4, 2), (4, 2), (8, 1)];
 /// Worlds of all rounds.

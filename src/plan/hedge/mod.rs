@@ -2,7 +2,9 @@
 //!
 //! 1. Level 1, then level 2, are searched whole in the cheap engine (`planar`): every push of every state. What the
 //!    search says of them is a proof: no plan of fewer pushes exists in the action set and the model.
-//! 2. Below them a guided search goes on (the tree search of `pmbs`, in the same tree), as long as it takes.
+//! 2. Where their plans do not last, level 3 is searched in the same way, whole if that takes no more than some ten
+//!    thousand pushes. Where it frees the target by no plan, a guided search goes on below (the tree search of `pmbs`, in
+//!    the same tree), as long as it takes.
 //! 3. For every first push with a solution, simulated episodes in an ensemble of perturbed worlds (`episode`) tell how
 //!    many actions it takes *on average* until the target is out, when the robot looks and plans again after every push.
 //!    The first push with the least expectation is chosen; the better ones meet more worlds (`expect`).
@@ -32,7 +34,7 @@ use crate::search::Params;
 const LANES: usize = 64;
 /// Limits of a decision. Where a plan is found, the caps on the work end it long before; the iterations come before the
 /// seconds, so that what is decided does not depend on how busy the machine is.
-const ITERATIONS: u64 = 8192;
+const ITERATIONS: u64 = 65_536;
 const SECONDS: f64 = 8.0;
 
 pub fn recipe(options: &PlannerOptions) -> Result<Recipe> {
