@@ -38,12 +38,15 @@ TEST_FEATURES ?= cli,bullet
 CHECKS := format lint build-tests test-rust test-headers test-consumer
 
 # Of `make models`: Python with torch (bindings/python/README.md), where data and checkpoints go, minutes of each
-# training, and how much data.
+# training, how much data, most samples of a judgement, and where the models go. `make models MINUTES=0.2 COUNT=2000
+# INTO=out/models` shows in minutes that the path works.
 PYTHON  ?= python3
 DATA    ?= $(OUT)/training
 MINUTES ?= 30
 COUNT   ?= 100000
-MODELS  ?= dipn gc gn ppn
+SAMPLES ?=
+INTO    ?= models
+MODELS  ?= dipn gc gn ppn segmentation
 # Options of `make more-loop`, such as --rounds 5.
 MORE_LOOP ?=
 
@@ -129,7 +132,8 @@ test-training: ## the training package: ten steps, export and parity of every ne
 	    "(bindings/python/README.md; PYTHON=... names another)"; fi
 
 models: build ## make data, train, judge and export the networks in models/ (hours)
-	JOSTLE=$(JOSTLE) PYTHON=$(PYTHON) DATA=$(DATA) MINUTES=$(MINUTES) COUNT=$(COUNT) scripts/models.sh $(MODELS)
+	JOSTLE=$(JOSTLE) PYTHON=$(PYTHON) DATA=$(DATA) MINUTES=$(MINUTES) COUNT=$(COUNT) SAMPLES=$(SAMPLES) \
+	    INTO=$(INTO) scripts/models.sh $(MODELS)
 
 more-loop: build ## MORE's loop: search, learn, guide the search, again; a report after each round (docs/planners.md)
 	@mkdir -p $(OUT)

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # From nothing to the files in models/: makes data, trains, judges on held-out shapes, exports, lists. `make models` calls
-# it with JOSTLE, PYTHON, DATA, MINUTES (of each training) and COUNT (of pushes; the others follow from it).
+# it with JOSTLE, PYTHON, DATA, MINUTES (of each training; 0.2 will do to see that all works), COUNT (of pushes; the others
+# follow from it), SAMPLES (most that each is judged by; without it the network's own number) and INTO (the folder of models).
 #
 #   scripts/models.sh [dipn] [dipn_pure] [gc] [gn] [ppn] [segmentation]
 #
@@ -13,9 +14,11 @@ python=${PYTHON:-python3}
 data=${DATA:-out/training}
 minutes=${MINUTES:-30}
 count=${COUNT:-100000}
-mkdir -p "$data"
+into=${INTO:-models}
+mkdir -p "$data" "$into"
 root=$PWD
 data=$(cd "$data" && pwd)
+into=$(cd "$into" && pwd)
 case $jostle in /*) ;; *) jostle=$root/$jostle ;; esac
 
 "$python" -c 'import torch, onnx, onnxruntime, safetensors, shapely' || {
@@ -35,9 +38,9 @@ training() { # training CONFIG FOLDER CHECKPOINT MINUTES [OPTIONS]
         --checkpoint "$data/$checkpoint.pt" --minutes "$time" --log "$data/$checkpoint.log" "$@"
 }
 finish() { # finish NAME FOLDER SAMPLES
-    "$python" -m jostle_training.eval "$data/$1.pt" --data "$data/$2" --samples "$3" -o "$data/$1.json" >/dev/null
+    "$python" -m jostle_training.eval "$data/$1.pt" --data "$data/$2" --samples "${SAMPLES:-$3}" -o "$data/$1.json" >/dev/null
     "$python" -m jostle_training.export "$data/$1.pt" -o "$data/$1.onnx" --metrics "$data/$1.json"
-    "$python" -m jostle_training.models "$root/models" "$1" "$data/$1.onnx" --metrics "$data/$1.json"
+    "$python" -m jostle_training.models "$into" "$1" "$data/$1.onnx" --metrics "$data/$1.json"
 }
 
 cd bindings/python
@@ -63,7 +66,7 @@ for name in "${@:-dipn}"; do
         ppn)
             make_data push push-planar "$((count * 3))" 20 --physics planar
             make_data ppn ppn "$((count / 20))" 40
-            training ppn_motion push-planar ppn_motion "$((minutes / 2 + 1))"
+            training ppn_motion push-planar ppn_motion "$(awk "BEGIN { print $minutes / 2 }")"
             training ppn ppn ppn "$minutes" --from "$data/ppn_motion.pt"
             finish ppn ppn 1000
             ;;

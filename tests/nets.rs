@@ -12,8 +12,8 @@ use jostle::error::{Error, ModelFault};
 use jostle::geom::{Pose2, Shape, vec2};
 use jostle::grasp::{GraspAssessment, Networks, scorer};
 use jostle::net::{
-    Configuration, Gc, Gn, GraspMap, ImageScratch, Kind, LoadOptions, Model, MotionModel, ObjectBatch, OnnxInfo, Ppn,
-    PushValue, SegmentOptions, Segmentation, TargetProbability, inspect,
+    Configuration, Device, Gc, Gn, GraspMap, ImageScratch, Kind, LoadOptions, Model, MotionModel, ObjectBatch,
+    OnnxInfo, Ppn, PushValue, SegmentOptions, Segmentation, TargetProbability, inspect,
 };
 use jostle::physics::{Dipn, DipnSettings, PhysicsOptions, PushJob, PushResult, PushStatus, Transition, engine};
 use jostle::plan::{Control, Planner, PlannerOptions};
@@ -163,6 +163,63 @@ fn a_failed_self_test_and_a_refused_graph_have_their_own_faults() {
     // Without a self-test the answers' shape is looked at.
     let quiet = Model::from_bytes("x.onnx", with_property(&gc, "selftest", None), None, &options).unwrap();
     assert_eq!(quiet.info().warnings.len(), 1);
+}
+
+#[test]
+fn a_self_test_looks_at_the_values_at_its_positions_for_inputs_as_they_occur() {
+    if !runs() {
+        return;
+    }
+    let model = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/ppn.onnx");
+    let content = std::fs::read(&model).unwrap();
+    let options = LoadOptions::default();
+    let info = inspect(&model, Some(Kind::Ppn), &options).unwrap();
+    let text = info.property("selftest").to_string();
+    let told: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let values: Vec<f64> = serde_json::from_value(told["expected"]["value"].clone()).unwrap();
+    let spread = values.iter().fold(0.0, |most: f64, v| most.max((v - values[0]).abs()));
+    assert!(told["inputs"] == "scene" && spread > 0.1, "values that differ: {text}");
+    let load = |edit: &dyn Fn(&mut serde_json::Value)| {
+        let mut test = told.clone();
+        edit(&mut test);
+        let content = with_property(&content, "selftest", Some(&test.to_string()));
+        Model::from_bytes("x.onnx", content, None, &options).map(drop)
+    };
+    load(&|_| ()).unwrap();
+    // Each of the values counts.
+    for k in 0..values.len() {
+        let error = load(&|test| test["expected"]["value"][k] = (values[k] + 0.002).into()).unwrap_err();
+        assert_eq!(fault(&error), ModelFault::SelfTest);
+        assert!(error.to_string().contains(&format!("`value`[{}]", told["at"]["value"][k])), "{error}");
+    }
+    let odd: [&dyn Fn(&mut serde_json::Value); 4] = [
+        &|test| test["at"]["value"][0] = 1_000_000.into(),
+        &|test| drop(test["at"]["value"].as_array_mut().unwrap().pop()),
+        &|test| test["inputs"] = "noise".into(),
+        &|test| test["inputs"] = "plain".into(),
+    ];
+    for (k, edit) in odd.iter().enumerate() {
+        assert_eq!(fault(&load(edit).unwrap_err()), ModelFault::SelfTest, "{k}");
+    }
+}
+
+#[test]
+fn a_graphics_card_that_is_not_there_is_refused_with_what_to_do_and_the_processor_runs() {
+    if !runs() {
+        return;
+    }
+    let load = |device| Model::load(net("gc"), None, &LoadOptions { device, ..LoadOptions::default() });
+    match load(Device::Cuda(0)) {
+        Ok(_) => println!("this machine has a card and a runtime for it"),
+        Err(Error::Unsupported(text)) => {
+            assert!(text.starts_with("device: CUDA"), "{text}");
+            let told = text.contains("`runtime.library`") && text.contains("use the CPU");
+            assert!(told || text.contains("device 0 cannot be used"), "{text}");
+        }
+        Err(other) => panic!("{other}"),
+    }
+    // Nothing of the refusal stays.
+    load(Device::Cpu).unwrap();
 }
 
 #[test]
@@ -384,7 +441,7 @@ fn networks_on_images_answer_within_their_ranges_and_alike() {
 }
 
 #[test]
-fn instances_come_from_heat_and_offsets_and_from_masks() {
+fn instances_come_from_offsets_and_from_masks() {
     if !runs() {
         return;
     }

@@ -255,11 +255,8 @@ fn open_embedded() -> Result<Runtime> {
     ort::set_api(ort_tract::api());
     let environment = environment(ort::init()).map_err(Error::Runtime)?;
     let build = ort::info().to_string();
-    // "ort-tract v0.5.0+0.23 ...": the crate's version.
-    let version = build.split_whitespace().find_map(|word| {
-        let word = word.trim_start_matches('v');
-        word.starts_with(|c: char| c.is_ascii_digit()).then(|| word.to_string())
-    });
+    // "... backend=ort-tract, version=0.5.0+0.23": the crate's version and tract's.
+    let version = build.split("version=").nth(1).and_then(|rest| rest.split([',', ' ']).next()).map(str::to_string);
     let info = RuntimeInfo {
         backend: Backend::Tract,
         version: version.unwrap_or_else(|| "unknown".into()),

@@ -23,12 +23,41 @@ struct SelfTest {
     batch: usize,
     #[serde(default = "three")]
     num_objects: usize,
-    /// The first values of each output.
+    #[serde(default)]
+    inputs: Inputs,
+    /// Values of each output: those at the positions `at`, or the first.
     #[serde(default)]
     expected: BTreeMap<String, Vec<f64>>,
+    /// Positions in the flattened outputs.
+    #[serde(default)]
+    at: BTreeMap<String, Vec<usize>>,
     #[serde(default = "usual")]
     atol: f64,
 }
+
+/// What the numbers of the stream become.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Inputs {
+    /// The inputs.
+    #[default]
+    Plain,
+    /// Bodies, pushes and pictures as they occur, which a trained network has more to say of than of noise.
+    Scene,
+}
+
+/// Factor and summand that make a number of the stream one that occurs; metres, kilograms, radians.
+const RANGES: [(&str, f64, f64); 5] = [
+    ("outline", 0.08, -0.04),
+    ("centre", 0.3, -0.15),
+    ("body", 0.5, 0.0),
+    ("push", 0.1, 0.02),
+    ("guess", 0.05, -0.025),
+];
+/// Pictures of a scene: fields a side, the part of them on which a block stands, and its height in metres.
+const FIELDS: usize = 5;
+const STANDING: f64 = 0.4;
+const HEIGHT: f32 = 0.045;
 
 fn two() -> usize {
     2
@@ -44,9 +73,45 @@ fn usual() -> f64 {
 struct Lcg(u64);
 
 impl Lcg {
-    fn next(&mut self) -> f32 {
+    fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 40) as f32 / (1 << 24) as f32
+        (self.0 >> 40) as f64 / f64::from(1 << 24)
+    }
+
+    fn plain(&mut self, count: usize) -> Vec<f32> {
+        (0..count).map(|_| self.next() as f32).collect()
+    }
+
+    /// An input of `count` values in `items` items, as it occurs.
+    fn scene(&mut self, name: &str, count: usize, items: usize, side: usize) -> Vec<f32> {
+        match name {
+            "image" => (0..items).flat_map(|_| self.blocks(count / items, side)).collect(),
+            // The first body of each.
+            "target" => (0..count).map(|i| if i % (count / items) == 0 { 1.0 } else { 0.0 }).collect(),
+            _ => {
+                let range = RANGES.iter().find(|range| range.0 == name);
+                let (factor, summand) = range.map_or((1.0, 0.0), |range| (range.1, range.2));
+                (0..count).map(|_| (self.next() * factor + summand) as f32).collect()
+            }
+        }
+    }
+
+    /// A picture of fields with a block where the number is small, and one in the middle, which is the target (the second
+    /// channel).
+    fn blocks(&mut self, count: usize, side: usize) -> Vec<f32> {
+        let middle = FIELDS / 2 * FIELDS + FIELDS / 2;
+        let standing: Vec<bool> = (0..FIELDS * FIELDS).map(|i| (self.next() < STANDING) | (i == middle)).collect();
+        let field = |pixel: usize| {
+            let (row, col) = (pixel % (side * side) / side, pixel % side);
+            row / side.div_ceil(FIELDS) * FIELDS + col / side.div_ceil(FIELDS)
+        };
+        let plane = side * side;
+        let value = |pixel: usize| match pixel < plane {
+            true if standing[field(pixel)] => HEIGHT,
+            false if field(pixel) == middle => 1.0,
+            _ => 0.0,
+        };
+        (0..count).map(value).collect()
     }
 }
 
@@ -56,7 +121,15 @@ pub(super) fn run(model: &Model) -> Result<()> {
     let text = info.property("selftest");
     let failed = |expected: String, found: String| Error::model(&info.path, ModelFault::SelfTest, expected, found);
     let test: SelfTest = if text.is_empty() {
-        SelfTest { seed: 1, batch: 2, num_objects: 3, expected: BTreeMap::new(), atol: USUAL_TOLERANCE }
+        SelfTest {
+            seed: 1,
+            batch: 2,
+            num_objects: 3,
+            inputs: Inputs::Plain,
+            expected: BTreeMap::new(),
+            at: BTreeMap::new(),
+            atol: USUAL_TOLERANCE,
+        }
     } else {
         serde_json::from_str(text).map_err(|e| failed("metadata `selftest` that can be read".into(), e.to_string()))?
     };
@@ -83,12 +156,14 @@ pub(super) fn run(model: &Model) -> Result<()> {
         .inputs
         .iter()
         .map(|spec| {
-            let count = values(spec, &test, info.side.unwrap_or(0));
+            let side = info.side.unwrap_or(0);
+            let count = values(spec, &test, side);
             match spec.name {
                 // A mask: everything is there.
                 "present" => vec![1.0; count],
-                name if model.has_input(name) => (0..count).map(|_| stream.next()).collect(),
-                _ => Vec::new(),
+                name if !model.has_input(name) => Vec::new(),
+                _ if test.inputs == Inputs::Plain => stream.plain(count),
+                name => stream.scene(name, count, test.batch, side),
             }
         })
         .collect();
@@ -104,7 +179,12 @@ pub(super) fn run(model: &Model) -> Result<()> {
         let Some(at) = interface.outputs.iter().position(|spec| spec.name == name) else {
             return Err(failed("expected values of its outputs".into(), format!("some of `{name}`")));
         };
-        for (i, wanted) in expected.iter().enumerate() {
+        let places = test.at.get(name);
+        if places.is_some_and(|places| places.len() != expected.len()) {
+            return Err(failed(format!("as many positions as values of `{name}`"), "another number of them".into()));
+        }
+        for (k, wanted) in expected.iter().enumerate() {
+            let i = places.map_or(k, |places| places[k]);
             let found = outputs[at].get(i).copied().map_or(f64::NAN, f64::from);
             // Not `> atol`: what is no number fails as well.
             let near = (found - wanted).abs() <= test.atol;
@@ -138,7 +218,24 @@ mod tests {
     #[test]
     fn the_stream_is_the_one_that_the_exporter_uses() {
         let mut stream = Lcg(42);
-        let first: Vec<f32> = (0..3).map(|_| stream.next()).collect();
-        assert_eq!(first, [0.568_230_3, 0.225_463_39, 0.412_838_28]);
+        assert_eq!(stream.plain(3), [0.568_230_3, 0.225_463_39, 0.412_838_28]);
+    }
+
+    #[test]
+    fn a_scene_is_the_one_that_the_exporter_makes() {
+        let mut stream = Lcg(42);
+        let outline = stream.scene("outline", 3, 1, 0);
+        for (found, wanted) in outline.iter().zip([0.568_230_3, 0.225_463_39, 0.412_838_28]) {
+            assert!((found - (wanted * 0.08 - 0.04)).abs() < 1e-7);
+        }
+        assert_eq!(stream.scene("target", 6, 2, 0), [1.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
+        let (side, mut again) = (12, Lcg(42));
+        let image = again.scene("image", 2 * 2 * side * side, 2, side);
+        // Fields of three pixels: 0.568, 0.225 and 0.413 are the first, and the second alone has a block.
+        assert_eq!(image[..9], [0.0, 0.0, 0.0, HEIGHT, HEIGHT, HEIGHT, 0.0, 0.0, 0.0]);
+        let target = &image[side * side..2 * side * side];
+        let mass: f32 = target.iter().sum();
+        assert_eq!((mass, target[6 * side + 6]), (9.0, 1.0));
+        assert_ne!(image[..side * side], image[2 * side * side..3 * side * side]);
     }
 }

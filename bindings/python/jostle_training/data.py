@@ -276,9 +276,10 @@ class Scenes(Shards):
             split=shard["split"].long(), scene=shard["scene"], label_map=shard["label_map"].flatten(1),
             heights=shard["heights"].float(), centre=shard["pose"][..., :2] - torch.tensor(self.MIDDLE))
 
-    def batch(self, rows, which=0):
+    def batch(self, rows, which=0, phase=None):
         """image [B,1,224,224], labels [B,224,224], and the way from each pixel to its body's centre, metres
-        [B,2,224,224], all laid down in one of the eight ways."""
+        [B,2,224,224], all laid down in one of the eight ways; the last two of the pixels [i::2, j::2] alone where `phase`
+        is (i, j)."""
         t = self.table
         label, centre = t["label_map"][rows].long(), t["centre"][rows]
         label = label.reshape(-1, self.SIDE, self.SIDE)
@@ -292,10 +293,12 @@ class Scenes(Shards):
         flat = label.flatten(1)
         heights = torch.cat([torch.zeros(len(rows), 1), t["heights"][rows]], 1)
         image = heights.gather(1, flat).reshape(-1, 1, self.SIDE, self.SIDE)
-        own = centre.gather(1, (flat - 1).clamp(min=0)[..., None].expand(-1, -1, 2))
-        own = own.transpose(1, 2).reshape(-1, 2, self.SIDE, self.SIDE)
         at = (torch.arange(self.SIDE) + 0.5 - self.SIDE / 2) * self.PIXEL
-        here = torch.stack([at.expand(self.SIDE, -1), at[:, None].expand(-1, self.SIDE)])
+        i, j, step = (*phase, 2) if phase else (0, 0, 1)
+        label, x, y = label[:, i::step, j::step].contiguous(), at[j::step], at[i::step]
+        index = (label - 1).clamp(min=0).flatten(1)
+        own = torch.stack([centre[..., k].gather(1, index).reshape(label.shape) for k in (0, 1)], 1)
+        here = torch.stack([x.expand(len(y), -1), y[:, None].expand(-1, len(x))])
         return dict(image=image, label=label, offset=(own - here) * (label > 0)[:, None])
 
 

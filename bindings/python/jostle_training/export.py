@@ -6,7 +6,6 @@
 import argparse
 import copy
 import json
-import subprocess
 import sys
 from pathlib import Path
 
@@ -18,10 +17,13 @@ from torch import nn
 from torch.nn.utils.fusion import fuse_conv_bn_eval
 
 from . import __version__, nets, selftest
+from .source import commit_of_source
 
 OPSET, IR = 18, 10
 INTERFACE = 1
 SEED = 20240601
+# Of the self-test.
+TOLERANCE = 1e-3
 OBJECTS = {"outline": (32, 2), "centre": (2,), "body": (4,), "guess": (3,), "present": (), "target": ()}
 SEGMENT = 224
 
@@ -95,13 +97,27 @@ def run(model, feed):
     return dict(zip(names, s.run(names, feed)))
 
 
-def self_test(model, kind, batch=2, objects=3):
+def self_test(model, kind, objects=3, tries=48):
+    """A seed, positions in each output whose values differ for it, and these values."""
     asked = {i.name for i in model.graph.input}
+    # Where an item has one value, more items.
+    batch = 8 if kind in ("gc", "ppn") else 2
     shapes = {k: v for k, v in input_shapes(kind, batch, objects).items() if k in asked}
-    feed = selftest.inputs(shapes, SEED)
-    out = run(model.SerializeToString(), feed)
-    return dict(seed=SEED, batch=batch, num_objects=objects, atol=1e-3,
-                expected={k: [round(float(x), 7) for x in v.reshape(-1)[:8]] for k, v in out.items()})
+    opened, best = session(model.SerializeToString()), None
+    names = [o.name for o in opened.get_outputs()]
+    for seed in range(SEED, SEED + tries):
+        out = dict(zip(names, opened.run(None, selftest.inputs(shapes, seed, scene=True))))
+        flat = {k: v.reshape(-1) for k, v in out.items()}
+        at = {k: selftest.telling(v, grain=TOLERANCE) for k, v in flat.items()}
+        # Of the output that varies least: how many values, and how much they differ.
+        worth = min((len(at[k]), float(np.std(v[at[k]]))) for k, v in flat.items())
+        if best is None or worth > best[0]:
+            best = worth, seed, at, flat
+    (count, spread), seed, at, flat = best
+    if spread < 10 * TOLERANCE:
+        print(f"the self-test tells little: {count} values that differ by {spread:.1g}", file=sys.stderr)
+    expected = {k: [round(float(v[i]), 7) for i in at[k]] for k, v in flat.items()}
+    return dict(inputs="scene", seed=seed, batch=batch, num_objects=objects, atol=TOLERANCE, at=at, expected=expected)
 
 
 def spec(config, data):
@@ -132,14 +148,6 @@ def metadata(checkpoint, metrics, version, commit):
     }
 
 
-def commit_of_source():
-    """The commit of the training code; with `+` where files differ from it."""
-    here = Path(__file__).resolve().parent
-    git = lambda *a: subprocess.run(["git", "-C", here, *a], capture_output=True, text=True, check=False).stdout.strip()
-    commit = git("rev-parse", "HEAD")
-    return commit + ("+" if commit and git("status", "--porcelain", "--", ".") else "")
-
-
 def write(checkpoint, path, metrics=None, version="1", commit=None):
     """Exports, adds metadata and self-test, compares with torch; returns the largest difference."""
     config, kind = checkpoint["config"], checkpoint["config"]["kind"]
@@ -147,7 +155,7 @@ def write(checkpoint, path, metrics=None, version="1", commit=None):
     net.load_state_dict(checkpoint["net"])
     net.eval()
     model = to_onnx(net, kind)
-    properties = metadata(checkpoint, metrics or {}, version, commit_of_source() if commit is None else commit)
+    properties = metadata(checkpoint, metrics or {}, version, commit or checkpoint.get("commit") or commit_of_source())
     properties["selftest"] = json.dumps(self_test(model, kind))
     onnx.helper.set_model_props(model, properties)
     model.producer_name, model.producer_version, model.doc_string = "jostle_training", __version__, ""
@@ -161,16 +169,7 @@ def parity(net, kind, path):
     """The largest difference between torch and ONNX Runtime, for several sizes."""
     worst = 0.0
     for batch, objects in ((1, 1), (2, 3), (5, 10)):
-        feed = selftest.inputs(input_shapes(kind, batch, objects), 11 + batch)
-        if "outline" in feed:
-            # Sizes as they occur: bodies of some centimetres.
-            feed["outline"] = (feed["outline"] - 0.5) * 0.08
-            feed["centre"] = (feed["centre"] - 0.5) * 0.3
-            feed["push"] = feed["push"] * 0.1
-            if "guess" in feed:
-                feed["guess"] = feed["guess"] * 0.05
-        if "image" in feed:
-            feed["image"] = blocks(feed["image"])
+        feed = selftest.inputs(input_shapes(kind, batch, objects), 11 + batch, scene=True)
         with torch.no_grad():
             wanted = net(*(torch.from_numpy(v) for v in feed.values()))
         wanted = wanted if isinstance(wanted, tuple) else (wanted,)
@@ -182,25 +181,28 @@ def parity(net, kind, path):
     return worst
 
 
-def blocks(image):
-    """A picture of blocks in place of noise: most of 25 fields stand 4.5 cm high, the middle one is the target."""
-    side = image.shape[-1] // 5 + 1
-    field = np.repeat(np.repeat(image[:, :1, :5, :5] < 0.6, side, 2), side, 3)[..., : image.shape[-1], : image.shape[-1]]
-    middle = np.zeros_like(field)
-    middle[..., 2 * side : 3 * side, 2 * side : 3 * side] = True
-    planes = [(field | middle) * 0.045, middle * 1.0][: image.shape[1]]
-    return np.concatenate(planes, 1).astype(np.float32)
+def again(path, metrics, output):
+    """An exported file with a new self-test, and with new figures where there are some; the network stays as it is."""
+    model = onnx.load(path)
+    properties = {p.key: p.value for p in model.metadata_props}
+    properties["selftest"] = json.dumps(self_test(model, properties["kind"]))
+    if metrics:
+        properties["metrics"] = json.dumps(metrics.get("metrics", metrics))
+    onnx.helper.set_model_props(model, properties)
+    output.write_bytes(model.SerializeToString())
 
 
 def main():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    p.add_argument("checkpoint", type=Path)
+    p.add_argument("checkpoint", type=Path, help="or an exported file, which gets a new self-test (and figures)")
     p.add_argument("-o", "--output", type=Path, required=True)
     p.add_argument("--metrics", type=Path, help="JSON of jostle_training.eval, for metadata and threshold")
     p.add_argument("--version", default="1")
     args = p.parse_args()
-    checkpoint = torch.load(args.checkpoint, weights_only=True)
     metrics = json.loads(args.metrics.read_text()) if args.metrics else {}
+    if args.checkpoint.suffix == ".onnx":
+        return again(args.checkpoint, metrics, args.output)
+    checkpoint = torch.load(args.checkpoint, weights_only=True)
     difference = write(checkpoint, args.output, metrics, args.version)
     print(json.dumps(dict(file=str(args.output), bytes=args.output.stat().st_size, largest_difference=difference)))
     if difference > 1e-3:

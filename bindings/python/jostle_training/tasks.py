@@ -325,7 +325,9 @@ class SegmentationTask(Task):
     def batches(self):
         while True:
             rows = self.choose(self.data.rows[TRAIN], self.batch_size)
-            batch = self.data.batch(rows, int(torch.randint(8, (), generator=self.generator)))
+            which, phase = (int(torch.randint(n, (), generator=self.generator)) for n in (8, 4))
+            self.phase = divmod(phase, 2)
+            batch = self.data.batch(rows, which, self.phase)
             # Depth cameras are not exact: each image has noise of its own strength.
             noise = torch.rand(len(rows), 1, 1, 1, generator=self.generator) * self.config.get("noise", 0.001)
             batch["image"] = batch["image"] + torch.randn(batch["image"].shape, generator=self.generator) * noise
@@ -333,11 +335,11 @@ class SegmentationTask(Task):
 
     def loss(self, batch):
         with torch.autocast("cpu", torch.bfloat16):
-            foreground, heat, offset = self.net.maps(batch["image"])
+            foreground, heat, offset = self.net.maps(batch["image"], self.phase)
         there = (batch["label"] > 0).float()
         entropy = functional.binary_cross_entropy_with_logits
         warm = self.heat(batch)
-        loss = entropy(foreground.float(), there) + 2 * entropy(heat.float(), warm, 0.1 + there + 4 * warm)
+        loss = entropy(foreground.float(), there) + 0.5 * entropy(heat.float(), warm, 0.1 + there + 4 * warm)
         away = functional.smooth_l1_loss(offset.float() * 200, batch["offset"] * 200, reduction="none")
         return loss + (away * there[:, None]).sum() / there.sum().clamp(min=1)
 

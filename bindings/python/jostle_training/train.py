@@ -16,6 +16,7 @@ from pathlib import Path
 import torch
 
 from .data import manifest_hash
+from .source import commit_of_source
 from .tasks import task
 
 
@@ -117,6 +118,8 @@ def main():
     if source not in done["sources"]:
         done["sources"].append(source)
 
+    # Of the start: files that change later are not what trains.
+    commit = commit_of_source()
     log = open(args.log, "a") if args.log else sys.stderr
     start, cpu_start = time.monotonic(), time.process_time()
     before = (done["cpu_seconds"], done["wall_seconds"], done["step"])
@@ -128,7 +131,7 @@ def main():
         done["wall_seconds"] = before[1] + time.monotonic() - start
         save(args.checkpoint, dict(
             net=average.net.state_dict(), raw=net.state_dict(), optimiser=optimiser.state_dict(), config=config,
-            done=done, dataset_sha256=manifest_hash(args.data),
+            done=done, dataset_sha256=manifest_hash(args.data), commit=commit,
             config_sha256=hashlib.sha256(args.config.read_bytes()).hexdigest()))
 
     def judge():

@@ -11,6 +11,13 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parent)]
 
+try:
+    import numpy
+    import safetensors
+    import torch
+except ImportError as missing:
+    raise unittest.SkipTest(f"{missing}; bindings/python/README.md says what training needs") from None
+
 from jostle_training import more_loop
 from jostle_training.plot import chart
 
@@ -92,8 +99,6 @@ class Loop(unittest.TestCase):
         gathered = json.loads((out / "round-1" / "gathered" / "manifest.json").read_text())
         self.assertEqual([s["file"] for s in gathered["shards"]],
                          ["round-0-ppn-00000.safetensors", "round-1-ppn-00000.safetensors"])
-        import torch
-
         steps = [torch.load(out / f"round-{k}" / "ppn.pt", weights_only=True)["done"]["step"] for k in (0, 1)]
         self.assertEqual(steps, [4, 8], "a round goes on from the one before")
         text = (out / "report.md").read_text()

@@ -2,19 +2,26 @@
 
 import json
 import math
+import os
+import shutil
 import subprocess
 import sys
 import tempfile
 import unittest
 from pathlib import Path
 
-import numpy as np
-
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parent)]
 
-import onnx
-import torch
+try:
+    import numpy as np
+    import onnx
+    import onnxruntime
+    import safetensors
+    import shapely
+    import torch
+except ImportError as missing:
+    raise unittest.SkipTest(f"{missing}; bindings/python/README.md says what training needs") from None
 
 import synthetic
 from jostle_training import export, nets, selftest
@@ -53,9 +60,11 @@ class Smoke(unittest.TestCase):
         self.assertEqual(net.properties["kind"], kind)
         test = json.loads(net.properties["selftest"])
         shapes = {k: v for k, v in export.input_shapes(kind, test["batch"], test["num_objects"]).items() if k in net.asked}
-        got = export.run(str(model), selftest.inputs(shapes, test["seed"]))
+        got = export.run(str(model), selftest.inputs(shapes, test["seed"], test["inputs"] == "scene"))
         for output, expected in test["expected"].items():
-            np.testing.assert_allclose(got[output].reshape(-1)[:8], expected, atol=test["atol"])
+            np.testing.assert_allclose(got[output].reshape(-1)[test["at"][output]], expected, atol=test["atol"])
+            self.assertEqual(len(set(expected)), len(expected), "values that differ")
+        self.assertEqual(net.properties["train_commit"], torch.load(checkpoint, weights_only=True)["commit"])
         self.assertNotIn(str(HERE.parent.parent.parent), onnx.load(model).SerializeToString().decode("latin1"))
 
     def test_dipn_with_a_guess_learns_and_exports(self):
@@ -75,6 +84,49 @@ class Smoke(unittest.TestCase):
 
     def test_segmentation_learns_and_exports(self):
         self.through("segmentation", "segmentation")
+
+
+class Source(unittest.TestCase):
+    """A network says which state of the source it was trained with."""
+
+    def test_a_file_that_differs_from_its_commit_is_said(self):
+        repository = Path(self.enterContext(tempfile.TemporaryDirectory()))
+        package = repository / "python" / "jostle_training"
+        package.mkdir(parents=True)
+        shutil.copy(HERE.parent / "jostle_training" / "source.py", package)
+        git = lambda *a: subprocess.run(["git", "-C", repository, "-c", "user.name=a", "-c", "user.email=a", *a],
+                                        check=True, capture_output=True, text=True).stdout.strip()
+        found = lambda: subprocess.run([sys.executable, "-c", "import source; print(source.commit_of_source())"],
+                                       cwd=package, capture_output=True, text=True, check=True,
+                                       env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}).stdout.strip()
+        git("init", "-q")
+        self.assertEqual(found(), "", "not in the repository")
+        git("add", ".")
+        git("commit", "-qm", "first")
+        commit = git("rev-parse", "HEAD")
+        self.assertEqual(found(), commit)
+        (repository / "elsewhere").write_text("is no part of the training")
+        self.assertEqual(found(), commit)
+        # A configuration is.
+        (repository / "python" / "new.toml").write_text("")
+        self.assertEqual(found(), commit + "-dirty")
+
+
+class SelfTest(unittest.TestCase):
+    def test_positions_are_of_values_that_differ(self):
+        values = np.zeros(1000, np.float32)
+        values[[700, 20, 301]] = 0.5, 0.2, 0.2001
+        self.assertEqual(selftest.telling(values), [0, 20, 700])
+        many = selftest.telling(np.linspace(0, 1, 1000))
+        self.assertEqual((len(many), many[0], many[-1]), (8, 0, 999))
+
+    def test_a_picture_has_its_target_in_the_middle(self):
+        image = selftest.inputs({"image": [2, 2, 112, 112]}, 42, scene=True)["image"]
+        self.assertTrue((image[:, 1, 46:69, 46:69] == 1).all())
+        self.assertEqual(int(image[:, 1].sum()), 2 * 23 * 23)
+        self.assertEqual(set(np.unique(image[:, 0])), {np.float32(0), np.float32(0.045)})
+        # 0.568, 0.225 and 0.413 are the first numbers, and the second alone is small.
+        self.assertEqual(image[0, 0, 0, [0, 22, 23, 45, 46]].tolist(), np.float32([0, 0, 0.045, 0.045, 0]).tolist())
 
 
 class Networks(unittest.TestCase):

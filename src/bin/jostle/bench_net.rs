@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-use jostle::net::{Axis, BUILTINS, LoadOptions, Model, RuntimeOptions};
+use jostle::net::{Axis, BUILTINS, Backend, LoadOptions, Model, RuntimeOptions};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -42,8 +42,9 @@ struct Batch {
 }
 
 pub fn run(args: &BenchNetArgs) -> Outcome<()> {
+    let backend = args.backend.as_deref().map(Backend::by_name).transpose()?;
     let options = LoadOptions {
-        runtime: RuntimeOptions { library: args.runtime.clone(), backend: None },
+        runtime: RuntimeOptions { library: args.runtime.clone(), backend },
         threads: args.threads,
         ..LoadOptions::default()
     };

@@ -111,6 +111,9 @@ pub struct BenchNetArgs {
     /// The library of ONNX Runtime [default: ORT_DYLIB_PATH, beside the program, the system's]
     #[arg(long, value_name = "FILE")]
     pub runtime: Option<PathBuf>,
+    /// onnxruntime, or tract where it was built in [default: the first that is found]
+    #[arg(long, value_name = "NAME")]
+    pub backend: Option<String>,
     #[command(flatten)]
     pub json: JsonArgs,
 }
