@@ -20,7 +20,7 @@ class Gn(nn.Module):
     the quality is 0."""
 
     CELLS, HALF = 56, 10
-    MIXED = 0.1  # of a cell's quality, relative to the one in the middle
+    MIXED = 0.2  # of a cell's quality, relative to the one in the middle
 
     def __init__(self, obstacles=32, target=64, both=(64, 32)):
         super().__init__()
