@@ -61,6 +61,7 @@ for name in "${@:-dipn}"; do
         gc | gn)
             make_data grasp grasp "$((count / 2))" 31
             training "$name" grasp "$name" "$minutes"
+            test "$name" = gn || "$python" -m jostle_training.calibrate "$data/gc.pt" --data "$data/grasp"
             finish "$name" grasp 4000
             ;;
         ppn)

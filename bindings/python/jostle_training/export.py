@@ -42,9 +42,12 @@ def input_shapes(kind, batch, objects):
 
 
 def folded(net):
-    """A copy for inference whose batch normalisations are part of the convolutions before them."""
+    """A copy for inference whose batch normalisations are part of the convolutions before them, and whose weights that
+    are worked out from others are so for good."""
     net = copy.deepcopy(net).eval()
     for module in list(net.modules()):
+        if hasattr(module, "freeze"):
+            module.freeze()
         if isinstance(module, nn.Sequential):
             for k in range(len(module) - 1):
                 if isinstance(module[k], nn.Conv2d) and isinstance(module[k + 1], nn.BatchNorm2d):

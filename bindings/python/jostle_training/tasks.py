@@ -8,7 +8,6 @@ from torch.nn import functional
 from . import nets
 from .data import ANGLES, CELLS, CROP, Grasps, Pushes, Scenes, TRAIN, VALIDATION, Values, mirrored, symmetric
 from .nets import segmentation
-from .nets.jaw import MIRRORS
 
 MILLIMETRE = 1e-3
 
@@ -184,48 +183,81 @@ class ImageTask(Task):
 
 
 class GcTask(ImageTask):
+    """The answer, that of the geometric test's own search, and which places have a grasp on the grid."""
+
     def __init__(self, config, *rest, **options):
         super().__init__(config, *rest, **options)
         self.least = config.get("least_score", 0.3)
-        self.half = getattr(self.net, "HALF", 0)
-        self.mark()
+        self.doubt = torch.full((len(self.data),), 0.5)  # how far off the answer was when last asked
+        if not hasattr(self.net, "place_of"):
+            return
+        # The place of each of the grasp map's cells, for each of the eight ways to lay an image down.
+        cells = torch.arange(ANGLES * CELLS**2)
+        place = self.net.place_of(cells // CELLS**2, cells // CELLS % CELLS, cells % CELLS)
+        self.place = torch.empty(8, len(cells), dtype=torch.long)
+        for which in range(8):
+            _, old = symmetric(cells[:, None], cells.reshape(ANGLES, CELLS, CELLS), which)
+            self.place[which, old.flatten()] = place
+        count = self.net.ROWS * ANGLES * self.net.COLS
+        self.known = torch.zeros(8, count + 1)
+        self.known.scatter_(1, self.place.remainder(count + 1), 1.0)
+        self.known = self.known[:, :count]
 
-    def mark(self):
-        """Cells of 8 mm in which a grasp of at least that score lies, about the image's middle: [M,16,2 half,2 half]."""
-        t, edge = self.data.table, CELLS // 4 - self.half
-        row = torch.repeat_interleave(torch.arange(len(self.data)), t["count"])
-        cell = t["cell"].long()
-        k, r, c = cell // CELLS**2, cell // CELLS % CELLS // 2 - edge, cell % CELLS // 2 - edge
-        side = 2 * self.half
-        good = (t["cell_score"] >= self.least) & (r >= 0) & (c >= 0) & (r < side) & (c < side)
-        self.coarse = torch.zeros(len(self.data), ANGLES, side, side, dtype=torch.uint8)
-        self.coarse[row[good], k[good], r[good], c[good]] = 1
+    def batches(self):
+        while True:
+            rows, weight = self.doubtful(self.data.rows[TRAIN])
+            which = torch.randint(8, (len(rows),), generator=self.generator).sort().values
+            image = self.data.images(rows)
+            image = torch.cat([symmetric(image[which == w], None, w)[0] for w in which.unique().tolist()])
+            batch = dict(image=image, score=self.data.table["score"][rows], weight=weight, row=rows)
+            if hasattr(self, "place"):
+                batch["places"], batch["known"] = self.places(rows, which), self.known[which]
+            yield batch
 
     def refresh(self):
         found = super().refresh()
-        if found:
-            self.mark()
+        self.doubt = torch.cat([self.doubt, torch.full((len(self.data) - len(self.doubt),), 0.5)])
         return found
 
-    def maps(self, rows):
-        return self.coarse[rows]
+    def doubtful(self, rows):
+        """Rows, the oftener the farther off their answers were, and weights that make up for it."""
+        chance = self.doubt[rows] + self.config.get("least_doubt", 0.1)
+        chosen = torch.multinomial(chance, self.batch_size, replacement=True, generator=self.generator)
+        return rows[chosen], chance.mean() / chance[chosen]
+
+    def places(self, rows, which):
+        """1 at each place that has a cell with a grasp: [B,places]."""
+        t, count = self.data.table, self.data.table["count"][rows]
+        row = torch.repeat_interleave(torch.arange(len(rows)), count)
+        start = torch.cat([count.new_zeros(1), count.cumsum(0)[:-1]])
+        at = torch.arange(len(row)) + (self.data.first[rows] - start)[row]
+        place = self.place[which[row], t["cell"][at].long()]
+        good = (t["cell_score"][at] >= self.least) & (place >= 0)
+        out = torch.zeros(len(rows), self.known.shape[1])
+        out[row[good], place[good]] = 1
+        return out
 
     def loss(self, batch):
-        with torch.autocast("cpu", torch.bfloat16, enabled=self.autocast):
-            logit, coarse = self.net.logits(batch["image"])
+        with torch.autocast("cpu", torch.bfloat16, enabled=self.config.get("half", False)):
+            logit, places = self.net.logits(batch["image"])
         truth = (batch["score"] >= self.least).float()
-        # A score near the limit is hard to tell and matters less.
-        weight = ((batch["score"] - self.least).abs() / 0.05).clamp(0.3, 1)
-        loss = functional.binary_cross_entropy_with_logits(logit.float(), truth, weight)
-        if coarse is not None:
-            aux = functional.binary_cross_entropy_with_logits(coarse.float(), batch["quality"].float())
-            loss = loss + self.config.get("map", 20.0) * aux
+        loss = functional.binary_cross_entropy_with_logits(logit.float(), truth, batch["weight"])
+        off = (torch.sigmoid(logit.detach().float()) - truth).abs()
+        self.doubt[batch["row"]] = 0.5 * (self.doubt[batch["row"]] + off)
+        if places is not None:
+            wanted = batch["places"]
+            # Where few places have a grasp each of them counts for more. Not made up for: doubtful rows teach most.
+            # A grid grasp that the test's own search does not know is left out.
+            unknown = (truth[:, None] < wanted).float()
+            weight = (batch["known"] - unknown) * (1 + wanted * (32 / wanted.sum(1, keepdim=True).clamp(min=1)).clamp(0.25, 8))
+            aux = functional.binary_cross_entropy_with_logits(places.float(), wanted, weight)
+            loss = loss + self.config.get("map", 5.0) * aux
         return loss
 
     def score(self, net, rows_limit=2000):
         rows = self.data.rows[VALIDATION][:rows_limit]
         probability = torch.cat([net(self.data.images(part)) for part in rows.split(100)])
-        truth = self.data.best[rows] >= self.least
+        truth = self.data.table["score"][rows] >= self.least
         accuracy, threshold = best_threshold(probability, truth)
         return 1 - accuracy, dict(accuracy=accuracy, threshold=threshold, positive=float(truth.float().mean()))
 
@@ -238,19 +270,78 @@ def best_threshold(probability, truth):
 
 class GnTask(ImageTask):
     """Single places and angles, not whole maps: grasps, and what looks most like one among places that have the target
-    between the fingers."""
+    between the fingers. What the windows show there is kept, and learned from several times before other rows take
+    its place."""
 
     def batches(self):
+        if not hasattr(self.net, "window"):
+            while True:
+                rows = self.choose(self.data.rows[TRAIN], self.batch_size)
+                yield dict(image=self.data.images(rows), quality=self.data.maps(rows))
+        chunk, chunks = self.config.get("chunk", 1000), self.config.get("chunks", 16)
+        each = self.config.get("keep", 64) + self.config.get("grasps", 32)
+        size, taps = chunk * each, sum(self.net.window.sizes)
+        shown = torch.empty(chunks * size, taps, dtype=torch.uint8)
+        truth, weight = torch.empty(chunks * size), torch.empty(chunks * size)
+        steps = int(self.config.get("reuse", 6) * size / self.batch_size)
+        order, k = torch.empty(0, dtype=torch.long), 0
         while True:
-            rows = self.choose(self.data.rows[TRAIN], self.batch_size)
-            yield dict(image=self.data.images(rows), quality=self.data.maps(rows), **self.grasps(rows))
+            while len(order) < chunk:
+                train = self.data.rows[TRAIN]
+                order = torch.cat([order, train[torch.randperm(len(train), generator=self.generator)]])
+            at = slice(k % chunks * size, (k % chunks + 1) * size)
+            shown[at], truth[at], weight[at] = (torch.cat(p) for p in zip(*map(self.look, order[:chunk].split(20))))
+            order, k = order[chunk:], k + 1
+            known = min(k, chunks) * size
+            for _ in range(steps):
+                rows = torch.randint(known, (self.batch_size,), generator=self.generator)
+                yield dict(shown=self.mirrored(shown[rows]), quality=truth[rows], weight=weight[rows])
+
+    def mirrored(self, shown):
+        """A quarter each as it is and in three mirrors, along the closing direction and along the pads: they score the
+        same."""
+        parts = []
+        for k, part in enumerate(shown.split((len(shown) + 3) // 4)):
+            flips = [axis for axis in (1, 2) if k & axis]
+            windows = zip(part.split(self.net.window.sizes, 1), self.net.window.grids)
+            parts.append(torch.cat([w.unflatten(1, g).flip(flips).flatten(1) for w, g in windows], 1))
+        return torch.cat(parts)
+
+    @torch.no_grad()
+    def look(self, rows):
+        """What the windows show at the chosen places of some rows, in 255ths, the scores there and the weights."""
+        net, half = self.net, self.net.HALF
+        image, wanted = self.data.images(rows), self.data.maps(rows).flatten(1)
+        angle, row, col = self.candidates(image[:, 1].flatten(1))
+        cell, some = self.grasps(rows)
+        angle = torch.cat([angle, cell // CELLS**2], 1)
+        row, col = torch.cat([row, cell // CELLS % CELLS], 1), torch.cat([col, cell % CELLS], 1)
+        row, col = (x.clamp(CELLS // 2 - half, CELLS // 2 + half - 1) for x in (row, col))
+        truth = wanted.gather(1, (angle * CELLS + row) * CELLS + col)
+        which = torch.arange(len(image))[:, None].expand_as(angle)
+        places = [which, angle, row, col]
+        planes = net.window.planes(image)
+        # To choose by, roughly is enough.
+        with torch.autocast("cpu", torch.bfloat16):
+            rough = net.judge(*net.window.places(planes.bfloat16(), *(x.reshape(-1) for x in places)))
+        doubt = (torch.sigmoid(rough.float()).reshape(truth.shape) - truth).abs() + self.config.get("least_doubt", 0.03)
+        n, keep = truth.shape[1] - cell.shape[1], self.config.get("keep", 64)
+        chosen = torch.multinomial(doubt[:, :n], keep, generator=self.generator)
+        rest = torch.arange(n, truth.shape[1]).expand(len(image), -1)
+        # What is drawn oftener weighs less, if not in full: what looks like a grasp and is none matters most.
+        weight = (doubt[:, :n].mean(1, keepdim=True) / doubt.gather(1, chosen)) ** self.config.get("even", 0.5)
+        sure = torch.full(rest.shape, self.config.get("grasp_weight", 0.5)) * some[:, None]
+        weight, chosen = torch.cat([weight, sure], 1), torch.cat([chosen, rest], 1)
+        shown = net.window.places(planes, *(x.gather(1, chosen).reshape(-1) for x in places))
+        shown = (torch.cat(shown, 1) * 255 + 0.5).clamp(0, 255).to(torch.uint8)
+        return shown, truth.gather(1, chosen).flatten(), weight.flatten()
 
     def grasps(self, rows):
         """Grasps drawn from each row's: index of the cell; 0 and not `some` where it has none."""
-        count, most = self.data.table["count"][rows], self.config.get("grasps", 64)
+        count, most = self.data.table["count"][rows], self.config.get("grasps", 32)
         draw = (torch.rand(len(rows), most, generator=self.generator) * count[:, None]).long()
         place = (self.data.first[rows][:, None] + draw).clamp(max=len(self.data.table["cell"]) - 1)
-        return dict(grasp=self.data.table["cell"][place].long(), some=(count > 0))
+        return self.data.table["cell"][place].long(), count > 0
 
     def candidates(self, target):
         """Places that have a pixel of the target [B,112*112] between the fingers: angle, row, column [B,n] each."""
@@ -264,40 +355,18 @@ class GnTask(ImageTask):
         return angle, at(pixel // CROP, u * a.sin() + v * a.cos()), at(pixel % CROP, u * a.cos() - v * a.sin())
 
     def loss(self, batch):
-        if not hasattr(self.net, "window"):
+        if "shown" not in batch:
             logits = self.net.logits(batch["image"])
             return functional.binary_cross_entropy_with_logits(logits, batch["quality"], 1 + 3 * (batch["quality"] > 0))
-        image, wanted = batch["image"], batch["quality"].flatten(1)
-        net, half = self.net, self.net.HALF
-        angle, row, col = self.candidates(image[:, 1].flatten(1))
-        cell = batch["grasp"]
-        angle = torch.cat([angle, cell // CELLS**2], 1)
-        row, col = torch.cat([row, cell // CELLS % CELLS], 1), torch.cat([col, cell % CELLS], 1)
-        row, col = (x.clamp(CELLS // 2 - half, CELLS // 2 + half - 1) for x in (row, col))
-        truth = wanted.gather(1, (angle * CELLS + row) * CELLS + col)
-        mirror = torch.randint(MIRRORS, angle.shape, generator=self.generator)
-        which = torch.arange(len(image))[:, None].expand_as(angle)
-        places = [which, angle, row, col, mirror]
-        with torch.no_grad():
-            planes = net.window.planes(image)
-            # To choose by, roughly is enough.
-            with torch.autocast("cpu", torch.bfloat16):
-                rough = net.judge(*net.window.places(planes.bfloat16(), *(x.reshape(-1) for x in places)))
-            doubt = (torch.sigmoid(rough.float()).reshape(truth.shape) - truth).abs() + self.config.get("least_doubt", 0.03)
-            n, keep = truth.shape[1] - cell.shape[1], self.config.get("keep", 128)
-            chosen = torch.multinomial(doubt[:, :n], keep, generator=self.generator)
-            rest = torch.arange(n, truth.shape[1]).expand(len(image), -1)
-            # What is drawn oftener weighs less, if not in full: what looks like a grasp and is none matters most.
-            weight = (doubt[:, :n].mean(1, keepdim=True) / doubt.gather(1, chosen)) ** self.config.get("even", 0.5)
-            sure = torch.full(rest.shape, self.config.get("grasp_weight", 0.5)) * batch["some"][:, None]
-            weight, chosen = torch.cat([weight, sure], 1), torch.cat([chosen, rest], 1)
-            shown = net.window.places(planes, *(x.gather(1, chosen).reshape(-1) for x in places))
-        logit = net.judge(*shown).reshape(chosen.shape)
-        loss = functional.binary_cross_entropy_with_logits(logit, truth.gather(1, chosen), weight, reduction="sum")
+        with torch.autocast("cpu", torch.bfloat16, enabled=self.config.get("half", False)):
+            shown = batch["shown"].to(torch.bfloat16 if self.config.get("half", False) else torch.float32) / 255
+            logit = self.net.judge(*shown.split(self.net.window.sizes, 1)).squeeze(1)
+        weight = batch["weight"]
+        loss = functional.binary_cross_entropy_with_logits(logit.float(), batch["quality"], weight, reduction="sum")
         return loss / weight.sum()
 
     def score(self, net, rows_limit=300):
-        figures = arg_max(net, self.data, self.data.rows[VALIDATION][:rows_limit])
+        figures = arg_max(net, self.data, self.data.rows[VALIDATION][:rows_limit], 0.3)
         return 1 - figures["valid"], figures
 
 

@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import types
 import unittest
 from pathlib import Path
 
@@ -24,7 +25,7 @@ except ImportError as missing:
     raise unittest.SkipTest(f"{missing}; bindings/python/README.md says what training needs") from None
 
 import synthetic
-from jostle_training import export, nets, selftest
+from jostle_training import export, nets, selftest, tasks
 from jostle_training.data import ANGLES, Pushes, mirrored, symmetric
 from jostle_training.eval import Exported
 from jostle_training.nets.jaw import Window
@@ -214,13 +215,42 @@ class Networks(unittest.TestCase):
         which, angle = torch.tensor([0, 1, 1]), torch.tensor([0, 5, 15])
         row, col = torch.tensor([0, 4, 9]), torch.tensor([9, 2, 0])
         first = window.rows // 2 - window.half
-        single = window.places(window.planes(image), which, angle, row + first, col + first, torch.zeros(3).long())
+        single = window.places(window.planes(image), which, angle, row + first, col + first)
         for w, s in zip(whole, single):
             self.assertTrue(torch.equal(w[which, angle, :, row * 10 + col], s))
-        # A mirror along the closing direction reverses the order of the taps along it.
-        mirrored_taps = window.places(window.planes(image), which, angle, row + first, col + first, torch.ones(3).long())
-        grid = single[0].reshape(3, 20, 5).flip(1).reshape(3, -1)
-        self.assertTrue(torch.equal(mirrored_taps[0], grid))
+
+    def test_mirrored_taps_are_the_taps_of_the_mirrored_image(self):
+        task = tasks.GnTask.__new__(tasks.GnTask)
+        task.net = types.SimpleNamespace(window=Window(cell=4, step=1, spacing=4, half=2, obstacles=(60, 16), target=(48, 24)))
+        image = (torch.rand(1, 2, 112, 112, generator=torch.Generator().manual_seed(3)) < 0.3).float()
+        # At angle 0, at the cell before the middle and its mirror images.
+        shown = []
+        for flips, row, col in (((), 1, 1), ((-1,), 1, 2), ((-2,), 2, 1), ((-1, -2), 2, 2)):
+            taps = task.net.window(image.flip(flips))
+            shown.append(torch.cat([t[0, 0, :, row * 4 + col] for t in taps]))
+        self.assertLess(float((task.mirrored(torch.stack(shown[:1] * 4)) - torch.stack(shown)).abs().max()), 1e-6)
+
+    def test_gc_sees_a_grasp_at_the_place_that_its_cell_belongs_to(self):
+        # A square of pixels about a cell of the grasp map shows where that cell's place looks, whatever the angle.
+        net = nets.build("gc")
+        for angle in range(ANGLES):
+            for row, col in ((24, 30), (31, 22), (28, 28)):
+                image = torch.zeros(1, 2, 112, 112)
+                image[0, 1, 2 * row : 2 * row + 2, 2 * col : 2 * col + 2] = 1
+                seen = net.turned(image)[1].reshape(net.turned.rows, ANGLES, net.turned.cols)[:, angle]
+                v, u = ((torch.arange(n) - (n - 1) / 2) * net.turned.SPACING for n in (net.turned.rows, net.turned.cols))
+                v, u = float((seen.sum(1) * v).sum() / seen.sum()), float((seen.sum(0) * u).sum() / seen.sum())
+                place = int(net.place_of(*map(torch.tensor, (angle, row, col))))
+                along, across = place // (ANGLES * net.COLS), place % net.COLS
+                self.assertEqual(place // net.COLS % ANGLES, angle)
+                self.assertLess(abs(v - (along - (net.ROWS - 1) / 2) * net.STEP[0]), net.STEP[0] / 2 + 1, f"angle {angle}")
+                self.assertLess(abs(u - (across - (net.COLS - 1) / 2) * net.STEP[1]), net.STEP[1] / 2 + 1, f"angle {angle}")
+
+    def test_gc_answers_in_training_as_in_use(self):
+        net = nets.build("gc")
+        image = torch.rand(2, 2, 112, 112, generator=torch.Generator().manual_seed(3))
+        with torch.no_grad():
+            self.assertTrue(torch.allclose(net.train().features(image), net.eval().features(image), atol=1e-5))
 
     def test_iou_of_a_body_with_itself_is_one(self):
         outline = np.stack([synthetic.outline(0.04, 0.02)] * 2)

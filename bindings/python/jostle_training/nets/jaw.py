@@ -1,8 +1,8 @@
-"""What a jaw finds about itself: two networks share it, GN and GC.
+"""What a jaw finds about itself, for GN.
 
 Whether a grasp holds depends on what lies about the jaw: obstacles where the fingers and the space between them come
-down, and the target's outline between the pads. So both look at the image through one window, laid at each cell and
-turned to each of 16 closing directions, and judge what it shows by the same weights: what is learned at one place and
+down, and the target's outline between the pads. So the network looks at the image through one window, laid at each cell
+and turned to each of 16 closing directions, and judges what it shows by the same weights: what is learned at one place and
 angle is known at all of them. A window is a grid of taps, each the image averaged over about the taps' spacing.
 
 The taps of a direction are fixed shifts, rounded to a step finer than a cell. They are read from copies of the image at
@@ -18,7 +18,6 @@ from torch.nn import functional
 
 ANGLES = 16
 SIDE, PIXEL = 112, 2  # pixels, and mm of each
-MIRRORS = 4
 
 
 def seen(image):
@@ -63,7 +62,8 @@ class Window(nn.Module):
         self.pad = (before, after, before, after)
 
         grids = [taps(spacing, *obstacles), taps(spacing, *target)]
-        self.sizes = [g.shape[0] * g.shape[1] for g in grids]
+        self.grids = [tuple(g.shape[:2]) for g in grids]
+        self.sizes = [a * b for a, b in self.grids]
         found = [self.shifts_of(g) for g in grids]
         self.reach = max(int(shift.abs().max()) for _, *shifts in found for shift in shifts)
         if half + self.reach > self.rows // 2:
@@ -72,9 +72,7 @@ class Window(nn.Module):
             first = (channel * self.phases**2 + phase) * self.rows + y
             at = first * (2 * self.reach + 1) + x + self.reach
             self.register_buffer(f"at{channel}", at.flatten(1), persistent=False)
-            flat = first * self.rows + x
-            mirrors = torch.cat([flat, flat.flip(1), flat.flip(2), flat.flip(1, 2)])
-            self.register_buffer(f"flat{channel}", mirrors.flatten(1), persistent=False)
+            self.register_buffer(f"flat{channel}", (first * self.rows + x).flatten(1), persistent=False)
 
     def shifts_of(self, grid):
         """Phase, row shift and column shift of each tap in each direction: three of [16,U,V]."""
@@ -101,13 +99,12 @@ class Window(nn.Module):
             out.append(slid.index_select(1, index).reshape(-1, ANGLES, size, side * side))
         return out
 
-    def places(self, planes, image, angle, row, col, mirror):
-        """The same at single places [n] of some images' planes, each seen in a mirror or not: [n,T] each. The same
-        grasp in a mirror scores the same."""
+    def places(self, planes, image, angle, row, col):
+        """The same at single places [n] of some images' planes: [n,T] each."""
         corner = (image * planes.shape[1] * self.rows + row) * self.rows + col
         out = []
         for flat, size in zip((self.flat0, self.flat1), self.sizes):
-            index = corner[:, None] + flat[mirror * ANGLES + angle]
+            index = corner[:, None] + flat[angle]
             out.append(planes.reshape(-1).index_select(0, index.reshape(-1)).reshape(-1, size))
         return out
 
