@@ -251,7 +251,7 @@ mod tests {
         assert_eq!(found.labels.iter().filter(|l| **l == 1).count(), 89);
         // Nothing there, nothing found.
         foreground.fill(0.0);
-        assert_eq!(group(&foreground, &offset, side, 0.002, &SegmentOptions::default()).scores, []);
+        assert_eq!(group(&foreground, &offset, side, 0.002, &SegmentOptions::default()).scores, [0.0f32; 0]);
     }
 
     #[test]
