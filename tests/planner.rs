@@ -652,7 +652,11 @@ fn one_push_solves(options: &PlannerOptions, sampler: &str, problem: &Problem) -
 fn what_a_plan_says_cannot_be_done_cannot_be_done() {
     let (mut claimed, mut solvable) = (0, 0);
     for options in all() {
-        let sampler = if matches!(&*options.planner, "mcts" | "more") { "more" } else { "pmbs_contour" };
+        let sampler = match &*options.planner {
+            "mcts" | "more" => "more",
+            "hedge" => "rich",
+            _ => "pmbs_contour",
+        };
         for problem in (0..6).map(clutter).chain([walled()]) {
             let truth = one_push_solves(&options, sampler, &problem);
             solvable += u32::from(truth);

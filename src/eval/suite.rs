@@ -128,8 +128,8 @@ pub fn needs_push(problem: &Problem) -> Result<bool> {
     Ok(best.is_none_or(|grasp| grasp.score < GraspDecision::default().execute_score))
 }
 
-/// Every plan of fewer than `pushes` pushes was tried and none frees the target, with the pushes and the model of the
-/// default planner and pushes of this length (metres).
+/// Every plan of fewer than `pushes` pushes was tried and none frees the target, with the published pushes (`pmbs_contour`)
+/// of this length (metres) and the model of the default planner.
 pub fn needs_pushes(problem: &Problem, pushes: u32, push_length: f64) -> Result<bool> {
     if !needs_push(problem)? {
         return Ok(pushes == 0);
@@ -137,7 +137,8 @@ pub fn needs_pushes(problem: &Problem, pushes: u32, push_length: f64) -> Result<
     if pushes < 2 {
         return Ok(true);
     }
-    let options = PlannerOptions { push_length: Some(push_length), ..PlannerOptions::default() };
+    let sampler = Some("pmbs_contour".into());
+    let options = PlannerOptions { sampler, push_length: Some(push_length), ..PlannerOptions::default() };
     let plan = Planner::new(options.search_only(pushes - 1)?)?.solve(problem, &Control::default())?;
     Ok(plan.statistics.no_plan_within.is_some_and(|tried| tried >= pushes - 1))
 }

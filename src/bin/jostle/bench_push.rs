@@ -24,7 +24,7 @@ const CALLS: usize = 128;
 /// Every variant runs at least this often.
 const ROUNDS: usize = 3;
 const THREADS: [usize; 2] = [1, 2];
-/// Scenes that are generated, and pushes tried in each.
+/// Scenes that are generated, and most pushes tried in each.
 const SCENES: u64 = 24;
 const PUSHES: usize = 64;
 
@@ -284,7 +284,7 @@ fn text(report: &Report, names: &[String]) -> String {
     )
 }
 
-/// Pushes that a planner might try: a dozen in each of 24 packed scenes.
+/// Pushes that a planner might try: up to 64 in each of 24 packed scenes, so that a batch is of different ones.
 fn generated(seed: u64) -> Outcome<Vec<Source>> {
     let generator = Generator::new(GeneratorParams::default(), seed)?;
     let problems = (0..SCENES).map(|index| generator.problem(index)).collect::<Result<Vec<_>, _>>()?;
