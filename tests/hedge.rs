@@ -1,6 +1,7 @@
 //! The planner `hedge`: what it proves, what it estimates, and that neither depends on threads.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 use jostle::action::{Action, ContourSampler, Push, PushSampler, SamplerScratch};
 use jostle::eval::{Judge, JudgeOptions, Suite, TrialEnd, needs_push, needs_pushes, run_trial};
@@ -9,7 +10,7 @@ use jostle::grasp::{GraspParams, GraspScratch, GraspTest};
 use jostle::physics::{self, PhysicsOptions, Purpose, PushStatus, Transition};
 use jostle::plan::{Confirm, Control, Outcome, Plan, Planner, PlannerOptions};
 use jostle::record::explanation;
-use jostle::run::{Budget, Key, Stop};
+use jostle::run::{Budget, Key, Progress, Stop};
 use jostle::scene::arc::ArcProfile;
 use jostle::scene::generate::{Generator, GeneratorParams};
 use jostle::scene::{Problem, State};
@@ -118,6 +119,27 @@ fn what_is_called_shortest_is_shortest_by_trying_everything() {
         }
     }
     assert!(seen[0] > 0 && seen[1] > 0, "the scenes are of several kinds: {seen:?}");
+}
+
+#[test]
+fn a_decision_of_several_searches_goes_forward_to_those_who_watch() {
+    let mut longest = 0;
+    for problem in small(4) {
+        let seen = Arc::new(Mutex::new(Vec::new()));
+        let note = Arc::clone(&seen);
+        let progress = Progress::with_callback(Duration::ZERO, move |now| {
+            note.lock().unwrap().push((now.iterations, now.simulations));
+            true
+        });
+        let control = Control { progress: Some(Arc::new(progress)), ..Control::default() };
+        let plan = Planner::new(options()).unwrap().solve(&problem, &control).unwrap();
+        let seen = seen.lock().unwrap();
+        assert!(seen.windows(2).all(|w| w[0].0 <= w[1].0 && w[0].1 <= w[1].1), "{}: {seen:?}", problem.name);
+        let last = seen.last().unwrap();
+        assert!(last.0 <= plan.statistics.iterations && last.1 <= plan.statistics.simulations);
+        longest = longest.max(plan.statistics.iterations);
+    }
+    assert!(longest > 100, "some decision searched level 2: {longest}");
 }
 
 #[test]

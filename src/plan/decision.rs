@@ -8,7 +8,7 @@ use crate::error::Result;
 use crate::physics::Transition;
 use crate::run::{Budget, Pool, Progress, Stop, StopReason};
 use crate::scene::State;
-use crate::search::{EndReason, Params, Run, SearchReport, Tree};
+use crate::search::{EndReason, Params, Run, SearchReport, Told, Tree};
 
 /// Searches at most, for one decision.
 const ROUNDS: usize = 6;
@@ -46,10 +46,11 @@ impl Decision<'_> {
     /// Decides what to do in the observed state. On error the tree is empty.
     pub fn make(&self, tree: &mut Tree<Retrieval>, from: From<'_>, observed: &State) -> Result<Found> {
         let search_stop = self.stop.sooner(if self.confirming.is_some() { SEARCH_SHARE } else { 1.0 });
-        let run = |budget| Run { pool: self.pool, stop: &search_stop, budget, progress: self.progress };
+        let run = |budget, progress| Run { pool: self.pool, stop: &search_stop, budget, progress };
+        let first = run(self.budget, self.progress.map(Told::from));
         let mut report = match from {
-            From::Root(state, seed) => tree.search(self.domain, state, self.params, seed, &run(self.budget))?,
-            From::Tree => tree.resume(self.domain, self.params, &run(self.budget))?,
+            From::Root(state, seed) => tree.search(self.domain, state, self.params, seed, &first)?,
+            From::Tree => tree.resume(self.domain, self.params, &first)?,
         };
         let mut confirmation =
             self.confirming.map(|engine| Confirmation::new(self.domain, engine, self.pool, self.stop));
@@ -62,7 +63,8 @@ impl Decision<'_> {
                 break;
             }
             let params = Params { min_iterations: self.params.min_iterations.max(FURTHER), ..*self.params };
-            let further = tree.resume(self.domain, &params, &run(Budget { iterations: left, ..self.budget }))?;
+            let told = self.progress.map(|progress| Told::after(progress, &report));
+            let further = tree.resume(self.domain, &params, &run(Budget { iterations: left, ..self.budget }, told))?;
             report = both(&report, further);
         }
         let verdict = confirmation.map(|c| c.verdict).unwrap_or_default();

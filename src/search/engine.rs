@@ -127,17 +127,17 @@ impl<D: Domain> Search<'_, D> {
     }
 
     fn publish(&self) {
-        let Some(progress) = self.run.progress else { return };
+        let Some(told) = self.run.progress else { return };
         let best = choose::best_child(self.arena, &self.params, 0);
         let now = ProgressSnapshot {
-            iterations: self.iterations,
+            iterations: told.iterations + self.iterations,
             nodes: self.frontier.nodes,
-            simulations: self.simulations,
+            simulations: told.simulations + self.simulations,
             best_value: best.map_or(0.0, |best| best.score),
             solution_level: self.solution_level(),
             elapsed_us: 0,
         };
-        progress.publish(&now, self.run.stop);
+        told.progress.publish(&now, self.run.stop);
     }
 
     fn solution_level(&self) -> Option<u32> {

@@ -55,7 +55,7 @@ pub use params::{
     Backup, Closed, EarlyStop, Expansion, FinalChoice, Mean, Params, Return, RolloutDepth, RolloutFailure,
     RolloutPolicy, Selection,
 };
-pub use report::{ActionInfo, EndReason, NodeInfo, Run, SearchReport};
+pub use report::{ActionInfo, EndReason, NodeInfo, Run, SearchReport, Told};
 pub use tree::Tree;
 
 use engine::Search;

@@ -16,7 +16,29 @@ pub struct Run<'a> {
     /// Iterations and bytes; the seconds are `stop`'s.
     pub budget: Budget,
     /// Where to tell how far the search is; published after every wave.
-    pub progress: Option<&'a Progress>,
+    pub progress: Option<Told<'a>>,
+}
+
+/// Where a search tells how far it is, and what earlier searches of the same decision did: to those who watch, a decision
+/// that searches several times goes forward.
+#[derive(Debug, Clone, Copy)]
+pub struct Told<'a> {
+    pub progress: &'a Progress,
+    pub iterations: u64,
+    pub simulations: u64,
+}
+
+impl<'a> From<&'a Progress> for Told<'a> {
+    fn from(progress: &'a Progress) -> Self {
+        Told { progress, iterations: 0, simulations: 0 }
+    }
+}
+
+impl<'a> Told<'a> {
+    /// For a search that goes on after those of the report.
+    pub fn after(progress: &'a Progress, report: &SearchReport) -> Self {
+        Told { progress, iterations: report.iterations, simulations: report.simulations }
+    }
 }
 
 /// Why a search ended.

@@ -10,7 +10,7 @@ use crate::plan::decision::{Decision, Found, From, asked, both, cancelled};
 use crate::plan::retrieval::Retrieval;
 use crate::run::{Budget, Stop};
 use crate::scene::State;
-use crate::search::{Closed, EarlyStop, EndReason, Params, Run, Tree};
+use crate::search::{Closed, EarlyStop, EndReason, Params, Run, Told, Tree};
 
 /// Levels that are searched whole, whatever it takes.
 const WHOLE: u32 = 2;
@@ -76,11 +76,12 @@ pub(in crate::plan) fn make(
     let Decision { domain, params, budget, pool, stop, progress, .. } = *decision;
     let search_stop = stop.sooner(SEARCH_SHARE);
     let run =
-        |iterations: Option<u64>| Run { pool, stop: &search_stop, budget: Budget { iterations, ..budget }, progress };
+        |iterations, progress| Run { pool, stop: &search_stop, budget: Budget { iterations, ..budget }, progress };
+    let first = run(budget.iterations, progress.map(Told::from));
     let rules = Rules { domain, ensemble, execute_score, stop };
     let mut report = match from {
-        From::Root(state, seed) => tree.search(domain, state, &level(params, 1), seed, &run(budget.iterations))?,
-        From::Tree => tree.resume(domain, &level(params, 1), &run(budget.iterations))?,
+        From::Root(state, seed) => tree.search(domain, state, &level(params, 1), seed, &first)?,
+        From::Tree => tree.resume(domain, &level(params, 1), &first)?,
     };
     let mut verdict = Verdict::default();
     let mut weighed: Vec<Way> = Vec::new();
@@ -141,13 +142,14 @@ pub(in crate::plan) fn make(
             same => same,
         };
         let piece = left.unwrap_or(PIECE).min(PIECE);
+        let told = progress.map(|progress| Told::after(progress, &report));
         let further = match stage {
-            Stage::Level(to) if to <= WHOLE => tree.resume(domain, &level(params, to), &run(left))?,
+            Stage::Level(to) if to <= WHOLE => tree.resume(domain, &level(params, to), &run(left, told))?,
             Stage::Level(to) => {
                 spent_last += piece;
-                tree.resume(domain, &level(params, to), &run(Some(piece)))?
+                tree.resume(domain, &level(params, to), &run(Some(piece), told))?
             }
-            Stage::Below => tree.resume(domain, &below(params, report.solution_level), &run(Some(piece)))?,
+            Stage::Below => tree.resume(domain, &below(params, report.solution_level), &run(Some(piece), told))?,
         };
         report = both(&report, further);
     }

@@ -24,7 +24,7 @@ use crate::action::Move;
 use crate::error::Result;
 use crate::plan::Variant;
 use crate::run::{Budget, Pool, Progress, Stop, StopReason};
-use crate::search::{EndReason, Params, Run, Tree};
+use crate::search::{EndReason, Params, Run, Told, Tree};
 
 /// Lanes of the search: the cores of the source's machine.
 const LANES: u32 = 10;
@@ -118,7 +118,7 @@ pub fn search(
         let slice = if tuned { own.min(left) } else { left };
         let iterations = (slice < u64::MAX).then_some(slice);
         let budget = Budget { iterations, seconds: None, bytes: means.budget.bytes };
-        let run = Run { pool: means.pool, stop: means.stop, budget, progress: means.progress };
+        let run = Run { pool: means.pool, stop: means.stop, budget, progress: means.progress.map(Told::from) };
         let report = if planted {
             tree.resume(&domain, &params, &run)?
         } else {

@@ -172,7 +172,7 @@ fn a_deadline_and_a_callback_end_the_search() {
 
     let progress = Progress::with_callback(Duration::ZERO, |now| now.iterations < 10);
     let stop = Stop::never();
-    let run = Run { progress: Some(&progress), ..inline(&pool, &stop, Budget::default()) };
+    let run = Run { progress: Some((&progress).into()), ..inline(&pool, &stop, Budget::default()) };
     let report = tree.search(&toy, &toy.start(), &params, 1, &run).unwrap();
     assert_eq!((report.reason, report.iterations), (EndReason::Interrupted, 10));
     let seen = progress.snapshot();
