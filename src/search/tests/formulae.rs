@@ -38,7 +38,7 @@ impl Listed {
             pool: &pool,
             stop: &Stop::never(),
             budget: Budget::iterations(iterations),
-            progress: Some(&progress),
+            progress: Some((&progress).into()),
         };
         let report = tree.search(self, &0, &params, 1, &run).unwrap();
         (tree, report)
