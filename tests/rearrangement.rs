@@ -3,8 +3,8 @@
 mod random_rearrangements;
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use jostle::action::Move;
@@ -184,6 +184,25 @@ fn progress_is_told_and_can_end_the_work() {
         let plan = used.solve(&random_problem(3, 6, 0.3, 0.12), &control).unwrap();
         assert_eq!((plan.outcome, plan.moves.len()), (Outcome::Cancelled, 0), "{planner}");
         assert!(calls.load(Ordering::Relaxed) >= 3, "{planner}");
+    }
+}
+
+#[test]
+fn a_plan_of_several_searches_goes_forward_to_those_who_watch() {
+    for planner in ["untangle", "pmmr"] {
+        let seen = Arc::new(Mutex::new(Vec::new()));
+        let note = Arc::clone(&seen);
+        let progress = Progress::with_callback(Duration::ZERO, move |now| {
+            note.lock().unwrap().push((now.iterations, now.simulations));
+            true
+        });
+        let control = Control { cancel: Vec::new(), progress: Some(Arc::new(progress)) };
+        // Too hard for the attempts alone with which `pmmr` begins.
+        let problem = random_problem(3, 6, 0.3, 0.12);
+        RearrangePlanner::new(options(planner, 1000)).unwrap().solve(&problem, &control).unwrap();
+        let seen = seen.lock().unwrap();
+        assert!(seen.len() > 2 && seen.iter().any(|now| now.0 > 0), "{planner}: {seen:?}");
+        assert!(seen.windows(2).all(|w| w[0].0 <= w[1].0 && w[0].1 <= w[1].1), "{planner}: {seen:?}");
     }
 }
 

@@ -63,7 +63,7 @@ impl Decision<'_> {
                 break;
             }
             let params = Params { min_iterations: self.params.min_iterations.max(FURTHER), ..*self.params };
-            let told = self.progress.map(|progress| Told::after(progress, &report));
+            let told = self.progress.map(|progress| Told::from(progress).and(&report));
             let further = tree.resume(self.domain, &params, &run(Budget { iterations: left, ..self.budget }, told))?;
             report = both(&report, further);
         }

@@ -24,7 +24,9 @@ pub struct Run<'a> {
 #[derive(Debug, Clone, Copy)]
 pub struct Told<'a> {
     pub progress: &'a Progress,
+    /// Iterations of the earlier searches.
     pub iterations: u64,
+    /// Actions that they simulated.
     pub simulations: u64,
 }
 
@@ -35,9 +37,13 @@ impl<'a> From<&'a Progress> for Told<'a> {
 }
 
 impl<'a> Told<'a> {
-    /// For a search that goes on after those of the report.
-    pub fn after(progress: &'a Progress, report: &SearchReport) -> Self {
-        Told { progress, iterations: report.iterations, simulations: report.simulations }
+    /// For the search after that of the report.
+    pub fn and(self, report: &SearchReport) -> Self {
+        Told {
+            iterations: self.iterations + report.iterations,
+            simulations: self.simulations + report.simulations,
+            ..self
+        }
     }
 }
 

@@ -14,7 +14,8 @@ use crate::search::{Closed, EarlyStop, EndReason, Params, Run, Told, Tree};
 
 /// Levels that are searched whole, whatever it takes.
 const WHOLE: u32 = 2;
-/// The last level that is searched before deeper ones: whole where that takes no more than `LAST_WORK`, else as far.
+/// The last level that is searched before deeper ones: whole where that takes no more than `LAST_WORK`, else as far, or until
+/// [`PLANS`] first pushes that were not weighed before have a solution.
 const LAST: u32 = 3;
 /// Pushes tried there times bodies. A push of 5 to 11 bodies takes about 10 us a body to find, simulate and grade.
 const LAST_WORK: u64 = 200_000;
@@ -125,6 +126,7 @@ pub(in crate::plan) fn make(
             let good_enough = match stage {
                 Stage::Level(level) if level < WHOLE => f64::from(level) + 2.0,
                 Stage::Level(WHOLE) => f64::from(WHOLE) + 2.0 + LAST_GAIN,
+                // Deeper plans are for those who have none.
                 _ => f64::MAX,
             };
             if least <= good_enough || stage == Stage::Below {
@@ -142,7 +144,7 @@ pub(in crate::plan) fn make(
             same => same,
         };
         let piece = left.unwrap_or(PIECE).min(PIECE);
-        let told = progress.map(|progress| Told::after(progress, &report));
+        let told = progress.map(|progress| Told::from(progress).and(&report));
         let further = match stage {
             Stage::Level(to) if to <= WHOLE => tree.resume(domain, &level(params, to), &run(left, told))?,
             Stage::Level(to) => {

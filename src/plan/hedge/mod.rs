@@ -11,6 +11,9 @@
 //! 4. A level is searched only if its plans could be better: a plan of more than `n` pushes takes at least `n + 2`
 //!    actions, so the decision ends with the level `n` whose best plan is expected to take no more.
 //!
+//! The pushes are those of `rich`: more of them cost a search that is fast anyway, and save about a quarter of an action on
+//! `hard` and half of one on `confined` beside the published ones.
+//!
 //! The worlds: friction of the tip and of every body off by up to 20 %, bodies 1 mm and 1 degree from where they were
 //! seen, `prism` as engine. They are the same for all plans.
 

@@ -107,6 +107,9 @@ pub fn search(
     let root = Reached { state: start.state.clone(), ..Reached::default() };
     let mut idle = 0;
     let mut planted = false;
+    // What was done before each slice, by `untangle` too, which tells its attempts: progress goes forward.
+    let attempts = found.attempts;
+    let mut told = means.progress.map(|progress| Told { progress, iterations: attempts, simulations: attempts });
     loop {
         let proven = found.best.solved && found.best.moves.len() <= found.at_least;
         found.settled = tuned && found.best.solved && (proven || idle >= patience);
@@ -118,13 +121,14 @@ pub fn search(
         let slice = if tuned { own.min(left) } else { left };
         let iterations = (slice < u64::MAX).then_some(slice);
         let budget = Budget { iterations, seconds: None, bytes: means.budget.bytes };
-        let run = Run { pool: means.pool, stop: means.stop, budget, progress: means.progress.map(Told::from) };
+        let run = Run { pool: means.pool, stop: means.stop, budget, progress: told };
         let report = if planted {
             tree.resume(&domain, &params, &run)?
         } else {
             tree.search(&domain, &root, &params, means.seed, &run)?
         };
         planted = true;
+        told = told.map(|told| told.and(&report));
         found.attempts += report.iterations;
         idle += 1;
         if keep(mover, &start, tree, &mut found.best) {

@@ -1,8 +1,8 @@
 //! `jostle results`: every experiment of a list, and the document that shows them beside the published figures.
 //!
 //! A row is one `jostle run`, started as a process of its own; what it reported is kept (`store`), so that a run goes on
-//! where it was interrupted. `list` (from `tables`) reads the experiments, `schedule` runs them, `metrics` reads the reports, `document`
-//! and `plot` write.
+//! where it was interrupted. `list` reads the experiments (from `tables`), `schedule` runs them, `metrics` reads the
+//! reports, `document` and `plot` write.
 
 mod document;
 mod list;
