@@ -2,12 +2,13 @@
 
 use std::any::Any;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use jostle::action::{Action, ContourSampler, Grasp};
 use jostle::eval::clutter::{ALONE, ClutterGenerator, ClutterKind};
 use jostle::eval::{ClearEnd, ClearTrials, Effect, JudgeOptions, clear_cap, clear_case};
 use jostle::geom::{Pose2, Shape};
-use jostle::grasp::{GraspAssessment, GraspParams, GraspScratch, GraspTest, Scorer};
+use jostle::grasp::{GeometricScorer, GraspAssessment, GraspParams, GraspScratch, GraspTest, Scorer};
 use jostle::physics::{self, PhysicsOptions, Purpose};
 use jostle::plan::clear::{ClearOptions, ClearParts, ClearPlanner};
 use jostle::plan::{Control, GraspDecision, Outcome, Plan, Variant};
@@ -265,6 +266,65 @@ fn taking_a_body_never_hinders_the_grasp_of_another() {
                 assert!(after >= 0.85 * before, "{}: {body} without {taken}: {before} to {after}", problem.name);
             }
         }
+    }
+}
+
+/// A scorer that counts what it is asked.
+struct Counted {
+    inner: GeometricScorer,
+    asked: Arc<AtomicUsize>,
+}
+
+impl Scorer for Counted {
+    fn name(&self) -> &str {
+        "counted"
+    }
+
+    fn scratch(&self) -> Box<dyn Any + Send> {
+        self.inner.scratch()
+    }
+
+    fn assess(
+        &self,
+        scratch: &mut (dyn Any + Send),
+        scene: &Scene,
+        states: &[&State],
+        target: usize,
+        out: &mut [GraspAssessment],
+    ) {
+        self.asked.fetch_add(states.len(), Ordering::Relaxed);
+        self.inner.assess(scratch, scene, states, target, out);
+    }
+}
+
+#[test]
+fn a_plan_to_take_everything_asks_of_a_body_at_most_twice_and_every_grasp_of_it_holds() {
+    let problem = grid(5, 0.03);
+    let asked = Arc::new(AtomicUsize::new(0));
+    let count = Arc::clone(&asked);
+    let mut planner = ClearPlanner::with_parts(ClearOptions::default(), move |scene| {
+        let inner = GeometricScorer::new(scene, GraspParams::default())?;
+        Ok(ClearParts {
+            scene: Arc::clone(scene),
+            engine: physics::engine(&PhysicsOptions::named("planar", None, Purpose::Planning)?, Arc::clone(scene))?,
+            confirming: None,
+            sampler: Box::new(ContourSampler::preset("dense")?.prepared(scene)),
+            scorer: Box::new(Counted { inner, asked: Arc::clone(&count) }),
+        })
+    })
+    .unwrap();
+    let plan = solve(&mut planner, &problem);
+    assert_eq!((plan.outcome, plan.actions.len()), (Outcome::Solved, 25));
+    // Networks take milliseconds for each.
+    let asked = asked.load(Ordering::Relaxed);
+    assert!((25..=50).contains(&asked), "asked {asked} times");
+    let (test, mut scratch) = (GraspTest::new(GraspParams::default()).unwrap(), GraspScratch::default());
+    let mut state = problem.state.clone();
+    for planned in &plan.actions {
+        let Action::Grasp(grasp) = planned.action else { panic!("{planned:?}") };
+        assert!(test.check(&problem.scene, &state, &grasp, &mut scratch).holds(), "{grasp:?}");
+        state.set_present(grasp.body, false);
+        assert_eq!(state, planned.predicted);
     }
 }
 

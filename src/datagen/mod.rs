@@ -29,8 +29,8 @@ mod tensors;
 mod tests;
 
 pub use assess::{
-    ChainEngine, ChainParams, ChainReport, ChainStep, EngineMaker, GraspTally, GraspTrialParams, GraspTrials,
-    NamedGrasp, chains, try_grasps,
+    Agreement, ChainEngine, ChainParams, ChainReport, ChainStep, ClassifierTrials, EngineMaker, GraspTally,
+    GraspTrials, NamedGrasp, ReliabilityBin, StatedProbability, TrialParams, chains, try_classifier, try_grasps,
 };
 pub use grasp::{GRASP_ANGLES, GRASP_CELLS, GRASP_PIXEL, GRASP_SIZE, GraspDataParams, grasp};
 pub use ppn::{PpnParams, ppn};

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use jostle::action::Grasp;
 use jostle::datagen::{
-    ChainParams, ChainReport, EngineMaker, GraspTally, GraspTrialParams, GraspTrials, SceneParams, ShapeFamily, chains,
-    try_grasps,
+    Agreement, ChainParams, ChainReport, ClassifierTrials, EngineMaker, GraspTally, GraspTrials, SceneParams,
+    ShapeFamily, StatedProbability, TrialParams, chains, try_classifier, try_grasps,
 };
-use jostle::net::{Gn, GraspMap, ImageScratch, Kind, LoadOptions, Model, check_gripper};
+use jostle::net::{Gc, Gn, GraspMap, ImageScratch, Kind, LoadOptions, Model, TargetProbability, check_gripper};
 use jostle::physics::{self, PhysicsOptions, Purpose, Transition};
 use jostle::run::Stop;
 use jostle::scene::{Scene, State};
@@ -93,9 +93,37 @@ fn chain_text(found: &ChainReport) -> String {
 }
 
 fn grasp(args: &AssessGraspArgs) -> Outcome<()> {
-    let gn = Gn::new(Model::open(&args.model, Some(Kind::Gn), &LoadOptions::default())?)?;
+    let model = Model::open(&args.model, None, &LoadOptions::default())?;
+    match model.info().kind {
+        Kind::Gc => classifier(args, &Gc::new(model)?),
+        _ => map(args, &Gn::new(model)?),
+    }
+}
+
+fn trials(args: &AssessGraspArgs) -> TrialParams {
+    TrialParams { targets: args.count, seed: args.scenes.seed, ..TrialParams::default() }
+}
+
+/// Whether a target can be grasped.
+fn classifier(args: &AssessGraspArgs, gc: &Gc) -> Outcome<()> {
     let judge = maker(args.judge.physics()?)?;
-    let params = GraspTrialParams { targets: args.count, seed: args.scenes.seed, ..GraspTrialParams::default() };
+    let mut scratch = ImageScratch::default();
+    let mut stated = |scene: &Scene, state: &State, target: usize| {
+        check_gripper(gc.model(), scene)?;
+        gc.probability(&mut scratch, scene, state, target)
+    };
+    let bar = progress::bar(args.count as u64, "targets");
+    let done = &mut |n: usize| bar.set_position(n as u64);
+    let network = (&mut stated as StatedProbability<'_>, gc.threshold());
+    let found = try_classifier(&trials(args), &family(&args.scenes)?, &judge, network, &Stop::never(), done)?;
+    bar.finish_and_clear();
+    let text = classifier_text(&found);
+    output::report(args.json.json.as_deref(), &report(&args.scenes, found), &text)
+}
+
+/// Where a target is best grasped.
+fn map(args: &AssessGraspArgs, gn: &Gn) -> Outcome<()> {
+    let judge = maker(args.judge.physics()?)?;
     let (mut scratch, mut best) = (ImageScratch::default(), Vec::new());
     let mut named = |scene: &Scene, state: &State, target: usize| {
         check_gripper(gn.model(), scene)?;
@@ -112,10 +140,40 @@ fn grasp(args: &AssessGraspArgs) -> Outcome<()> {
     };
     let bar = progress::bar(args.count as u64, "targets");
     let done = &mut |n: usize| bar.set_position(n as u64);
-    let found = try_grasps(&params, &family(&args.scenes)?, &judge, &mut named, &Stop::never(), done)?;
+    let found = try_grasps(&trials(args), &family(&args.scenes)?, &judge, &mut named, &Stop::never(), done)?;
     bar.finish_and_clear();
     let text = grasp_text(&found);
     output::report(args.json.json.as_deref(), &report(&args.scenes, found), &text)
+}
+
+fn classifier_text(found: &ClassifierTrials) -> String {
+    let mut table = Table::new(["can the target be grasped", "targets", "can", "right", "precision", "recall"]);
+    let rows: [(&str, &Agreement); 3] = [
+        ("network, against the geometric test", &found.network),
+        ("network, against the engine", &found.network_in_engine),
+        ("geometric test, against the engine", &found.geometric_in_engine),
+    ];
+    for (name, agreement) in rows {
+        table.row([
+            name.to_string(),
+            agreement.targets.to_string(),
+            agreement.yes.to_string(),
+            percent(Some(agreement.accuracy)),
+            percent(Some(agreement.precision)),
+            percent(Some(agreement.recall)),
+        ]);
+    }
+    let mut bins = Table::new(["probability", "targets", "stated", "by the geometric test", "in the engine"]);
+    for bin in found.reliability.iter().filter(|bin| bin.targets > 0) {
+        bins.row([
+            format!("{:.1} to {:.1}", bin.from, bin.to),
+            bin.targets.to_string(),
+            number(Some(bin.stated), 2),
+            number(Some(bin.geometric), 2),
+            number(Some(bin.engine), 2),
+        ]);
+    }
+    format!("{}, yes from {:.2} on\n\n{table}\n{bins}", found.judge, found.threshold)
 }
 
 fn grasp_text(found: &GraspTrials) -> String {

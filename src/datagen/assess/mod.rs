@@ -4,14 +4,21 @@
 //! |---|---|
 //! | `chain` | where bodies end after several pushes in a row, each predicted on the prediction before |
 //! | `grasps` | whether the grasp that a network names holds in an engine with a third dimension |
+//! | `classifier` | whether a target can be grasped when a network says so, by geometry and in such an engine |
+//!
+//! `targets` has the held-out targets of the last two.
 
 mod chain;
+mod classifier;
 mod grasps;
+mod targets;
 
 use std::sync::Arc;
 
 pub use chain::{ChainEngine, ChainParams, ChainReport, ChainStep, chains};
-pub use grasps::{GraspTally, GraspTrialParams, GraspTrials, NamedGrasp, try_grasps};
+pub use classifier::{Agreement, ClassifierTrials, ReliabilityBin, StatedProbability, try_classifier};
+pub use grasps::{GraspTally, GraspTrials, NamedGrasp, try_grasps};
+pub use targets::TrialParams;
 
 use super::scenes::{SceneMaker, TrainingScene};
 use super::shapes::Split;

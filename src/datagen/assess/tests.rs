@@ -49,7 +49,7 @@ fn a_stop_ends_the_comparison_with_what_is_known() {
 
 #[test]
 fn only_an_engine_that_grasps_can_judge_grasps() {
-    let params = GraspTrialParams { targets: 1, ..GraspTrialParams::default() };
+    let params = TrialParams { targets: 1, ..TrialParams::default() };
     let judge = make("planar:fast");
     let error = try_grasps(&params, &family(), &judge, &mut |_, _, _| Ok(None), &Stop::never(), &mut |_| ());
     let text = error.unwrap_err().to_string();
@@ -60,7 +60,7 @@ fn only_an_engine_that_grasps_can_judge_grasps() {
 #[test]
 fn grasps_of_the_geometric_test_succeed_and_none_at_all_does_not() {
     use crate::grasp::{GraspParams, GraspScratch, GraspTest};
-    let params = GraspTrialParams { targets: 8, seed: 2, ..GraspTrialParams::default() };
+    let params = TrialParams { targets: 8, seed: 2, ..TrialParams::default() };
     let judge = make("bullet:fast");
     let mut scratch = GraspScratch::default();
     // Names the test's own best where there is one, else nothing.
@@ -73,4 +73,35 @@ fn grasps_of_the_geometric_test_succeed_and_none_at_all_does_not() {
     assert!(trials.grid.succeeded >= 6 && trials.looked_at >= 8, "{trials:?}");
     let none = try_grasps(&params, &family(), &judge, &mut |_, _, _| Ok(None), &Stop::never(), &mut |_| ()).unwrap();
     assert_eq!((none.network.named, none.network.succeeded, none.grid), (0, 0, trials.grid));
+}
+
+#[cfg(feature = "bullet")]
+#[test]
+fn a_classifier_that_asks_the_geometric_test_agrees_with_it_and_one_that_never_says_yes_does_not() {
+    use crate::grasp::{GraspParams, GraspScratch, GraspTest};
+    let params = TrialParams { targets: 10, seed: 2, ..TrialParams::default() };
+    let judge = make("bullet:fast");
+    let mut scratch = GraspScratch::default();
+    let mut asked = |scene: &Scene, state: &crate::scene::State, target: usize| {
+        let found = GraspTest::new(GraspParams::default())?.assess(scene, state, target, &mut scratch);
+        Ok(if found.grasp.is_some() { found.score } else { 0.0 })
+    };
+    let trials = try_classifier(&params, &family(), &judge, (&mut asked, 0.3), &Stop::never(), &mut |_| ()).unwrap();
+    assert_eq!((trials.network.targets, trials.network.right), (10, 10), "{trials:?}");
+    assert_eq!(trials.network_in_engine, trials.geometric_in_engine);
+    assert!(trials.network.yes > 0 && trials.network.yes < 10, "{trials:?}");
+    assert!(trials.network_in_engine.said_rightly > 0 && trials.network_in_engine.accuracy >= 0.7, "{trials:?}");
+    assert_eq!(trials.reliability.iter().map(|bin| bin.targets).sum::<usize>(), 10);
+    assert!(
+        trials.reliability.iter().filter(|bin| bin.from >= 0.3).all(|bin| bin.targets == 0 || bin.geometric == 1.0)
+    );
+
+    let mut never = |_: &Scene, _: &crate::scene::State, _: usize| Ok(0.0);
+    let none = try_classifier(&params, &family(), &judge, (&mut never, 0.3), &Stop::never(), &mut |_| ()).unwrap();
+    assert_eq!((none.network.said, none.network.recall), (0, 0.0));
+    assert_eq!(none.network.right, 10 - trials.network.yes);
+    assert_eq!(
+        none.geometric_in_engine, trials.geometric_in_engine,
+        "the targets and what the engine does are the same"
+    );
 }

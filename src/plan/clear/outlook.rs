@@ -101,6 +101,9 @@ fn rank(found: &GraspAssessment, enough: f64) -> f64 {
 
 /// The grasps that take body after body, the best first, and the state after each. Ends where no body scores `enough`,
 /// which may differ between bodies. `found` holds the bodies' assessments in `state`.
+///
+/// A body is assessed anew when its turn comes, or when nothing else can be taken, and not whenever a neighbour is taken:
+/// a network takes milliseconds for each. What it had before is the less it can have.
 pub(super) fn take_in_turn(
     parts: &ClearParts,
     scorer: &mut (dyn Any + Send),
@@ -111,16 +114,27 @@ pub(super) fn take_in_turn(
 ) -> Vec<(Grasp, State)> {
     let mut state = state.clone();
     let mut left = which;
+    // Bodies of which a neighbour was taken since they were assessed.
+    let mut stale = Mask::EMPTY;
     let mut taken = Vec::new();
-    while let Some((body, grasp)) = best(left, &enough, found) {
-        left.remove(body);
-        state.set_present(body, false);
-        taken.push((grasp, state.clone()));
-        for other in left.iter().filter(|&other| parts.near(&state, other, body)) {
-            found[other] = parts.assess(scorer, &state, other);
+    loop {
+        let next = best(left, &enough, found);
+        match next {
+            Some((body, grasp)) if !stale.contains(body) => {
+                left.remove(body);
+                state.set_present(body, false);
+                taken.push((grasp, state.clone()));
+                left.iter().filter(|&other| parts.near(&state, other, body)).for_each(|other| stale.insert(other));
+            }
+            _ => {
+                let Some(body) = next.map(|(body, _)| body).or_else(|| left.iter().find(|&b| stale.contains(b))) else {
+                    return taken;
+                };
+                stale.remove(body);
+                found[body] = parts.assess(scorer, &state, body);
+            }
         }
     }
-    taken
 }
 
 /// The best grasp of those that are good enough; of equals that of the first body.

@@ -8,7 +8,7 @@ use super::{ExecutingArgs, JsonArgs, parse_range};
 pub enum AssessCommand {
     /// Several pushes in a row, each predicted on the prediction before: how far engines stray from a reference
     Chain(AssessChainArgs),
-    /// The best grasp that a network names, tried out in an engine with a third dimension where some grasp exists
+    /// What a network says of grasps, where or whether, against grasps tried out in an engine with a third dimension
     Grasp(AssessGraspArgs),
 }
 
@@ -50,12 +50,12 @@ pub struct AssessChainArgs {
 
 #[derive(Debug, Args)]
 pub struct AssessGraspArgs {
-    /// A network of kind gn: the name of a built-in one or a file
+    /// A network of kind gn (where to grasp) or gc (whether): the name of a built-in one or a file
     #[arg(default_value = "gn", value_name = "MODEL")]
     pub model: String,
     #[command(flatten)]
     pub judge: ExecutingArgs,
-    /// Number of targets that some grasp can take
+    /// Number of targets; for gn of those that some grasp can take
     #[arg(long, short = 'n', default_value_t = 300, value_name = "N")]
     pub count: usize,
     #[command(flatten)]
