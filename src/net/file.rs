@@ -117,6 +117,13 @@ pub fn inspect_bytes(path: &Path, bytes: &[u8], kind: Option<Kind>, options: &Lo
     check(path, bytes, onnx, kind, options)
 }
 
+/// The interface that a file says it has, if there is such a one. Checks nothing.
+pub(super) fn interface(onnx: &OnnxInfo) -> Option<&'static Interface> {
+    let kind = Kind::by_name(onnx.metadata.get("kind")?).ok()?;
+    let number = onnx.metadata.get("interface")?.trim();
+    kind.interfaces().find(|interface| interface.number.to_string() == number)
+}
+
 /// Check 5.
 fn check_interface(path: &Path, onnx: &OnnxInfo, wanted: Option<Kind>) -> Result<&'static Interface> {
     let known: Vec<_> = Kind::ALL.iter().map(|kind| kind.id()).collect();
@@ -139,9 +146,7 @@ fn check_interface(path: &Path, onnx: &OnnxInfo, wanted: Option<Kind>) -> Result
     let Some(number) = onnx.metadata.get("interface") else {
         return Err(Error::model(path, ModelFault::Interface, expected, "no metadata `interface`"));
     };
-    kind.interfaces()
-        .find(|interface| number.trim() == interface.number.to_string())
-        .ok_or_else(|| Error::model(path, ModelFault::Interface, expected, format!("`{number}`")))
+    interface(onnx).ok_or_else(|| Error::model(path, ModelFault::Interface, expected, format!("`{number}`")))
 }
 
 /// Check 6. Gives the side of images.

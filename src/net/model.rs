@@ -6,12 +6,14 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use ort::ep::{self, ExecutionProvider};
 use ort::logging::LogLevel;
+use ort::session::builder::GraphOptimizationLevel;
 use ort::session::{Session, SessionInputValue};
 use ort::value::TensorRef;
 
 use super::file;
 use super::info::{Configuration, ModelInfo};
 use super::kind::{Axis, Kind, TensorSpec};
+use super::onnx::{self, OnnxInfo};
 use super::runtime::{Backend, Runtime, RuntimeInfo, RuntimeOptions};
 use crate::error::{Error, ModelFault, Result};
 
@@ -69,6 +71,7 @@ pub struct Model {
 
 struct Shared {
     info: ModelInfo,
+    /// What sessions are made of.
     bytes: Cow<'static, [u8]>,
     runtime: &'static Runtime,
     device: Device,
@@ -122,8 +125,10 @@ impl Model {
             return Err(Error::argument("threads", format!("is {}; it must lie in 1..=1024", options.threads)));
         }
         let runtime = Runtime::open(&options.runtime)?;
-        let session = session(path, &bytes, runtime, options.device, options.threads)?;
+        let fixed = with_fixed_batch(&bytes, &onnx, runtime);
+        let session = session(path, fixed.as_deref().unwrap_or(&bytes), runtime, options.device, options.threads)?;
         let info = file::check(path, &bytes, onnx, kind, options)?;
+        let bytes = fixed.map_or(bytes, Cow::Owned);
         let worker = Worker { session, filled: Vec::new() };
         let (device, threads) = (options.device, options.threads);
         let model = Model {
@@ -298,6 +303,15 @@ impl Model {
     }
 }
 
+/// For the embedded backend: the file with the batch that every call has. It chooses its kernels when it loads, and the
+/// good ones only where it knows the shapes. ONNX Runtime looks at the shapes of a call.
+fn with_fixed_batch(bytes: &[u8], onnx: &OnnxInfo, runtime: &Runtime) -> Option<Vec<u8>> {
+    if runtime.info().backend != Backend::Tract {
+        return None;
+    }
+    onnx::with_batch(bytes, file::interface(onnx)?.chunk as u64).ok()
+}
+
 /// A session of the runtime.
 fn session(path: &Path, bytes: &[u8], runtime: &Runtime, device: Device, threads: usize) -> Result<Session> {
     let refused = |error: &ort::Error| {
@@ -305,6 +319,8 @@ fn session(path: &Path, bytes: &[u8], runtime: &Runtime, device: Device, threads
     };
     let mut builder = Session::builder(runtime.environment()).map_err(|e| refused(&e))?;
     // A backend that does not know a setting goes without it.
+    // ONNX Runtime does so by itself; the embedded backend only where it is asked to.
+    builder = builder.with_optimization_level(GraphOptimizationLevel::All).unwrap_or_else(|e| e.recover());
     builder = builder.with_intra_threads(threads).unwrap_or_else(|e| e.recover());
     builder = builder.with_inter_threads(1).unwrap_or_else(|e| e.recover());
     builder = builder.with_intra_op_spinning(false).unwrap_or_else(|e| e.recover());

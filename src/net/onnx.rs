@@ -308,3 +308,90 @@ fn dim(bytes: &[u8], base: usize) -> Read<Dim> {
     }
     Ok(dim)
 }
+
+/// Fields that lead from a `ModelProto` to a dimension of an input: graph, input, type, tensor type, shape, dimension.
+const INPUT_DIMENSION: [u64; 6] = [7, 11, 2, 1, 2, 1];
+
+/// The same file in which every input's first dimension has this size, where it was left open. All else stays as it is,
+/// byte for byte.
+pub fn with_batch(bytes: &[u8], batch: u64) -> Read<Vec<u8>> {
+    let mut out = Vec::with_capacity(bytes.len() + 64);
+    copy_with_batch(bytes, 0, &INPUT_DIMENSION, batch, &mut out)?;
+    Ok(out)
+}
+
+/// Copies a message; `path` leads from it to the dimension.
+fn copy_with_batch(bytes: &[u8], base: usize, path: &[u64], batch: u64, out: &mut Vec<u8>) -> Read<()> {
+    let [next, rest @ ..] = path else { return Ok(()) };
+    let (mut fields, mut first) = (Fields::new(bytes, base), true);
+    loop {
+        let begin = fields.at;
+        let Some((number, value)) = fields.next()? else { return Ok(()) };
+        match value {
+            // Of a message within the file is known where it begins.
+            Value::Bytes(inner, base) if number == *next && base > 0 && (first || !rest.is_empty()) => {
+                first = false;
+                let mut content = Vec::with_capacity(inner.len() + 16);
+                if !rest.is_empty() {
+                    copy_with_batch(inner, base, rest, batch, &mut content)?;
+                } else if let Dim::Fixed(_) = dim(inner, base)? {
+                    content.extend_from_slice(inner);
+                } else {
+                    // `dim_value`, field 1, a number.
+                    content.push(1 << 3);
+                    write_varint(batch, &mut content);
+                }
+                write_varint(number << 3 | 2, out);
+                write_varint(content.len() as u64, out);
+                out.append(&mut content);
+            }
+            _ => out.extend_from_slice(&bytes[begin..fields.at]),
+        }
+    }
+}
+
+fn write_varint(mut value: u64, out: &mut Vec<u8>) {
+    while value >= 0x80 {
+        out.push(value as u8 | 0x80);
+        value >>= 7;
+    }
+    out.push(value as u8);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn net(name: &str) -> Vec<u8> {
+        let file = format!("{}/tests/data/nets/{name}.onnx", env!("CARGO_MANIFEST_DIR"));
+        std::fs::read(&file).unwrap_or_else(|e| panic!("{file}: {e}"))
+    }
+
+    #[test]
+    fn a_batch_is_fixed_in_every_input_and_nowhere_else() {
+        for name in ["dipn", "ppn", "gc", "gn", "segmentation"] {
+            let bytes = net(name);
+            let before = OnnxInfo::read(&bytes).unwrap();
+            let fixed = with_batch(&bytes, 300).unwrap();
+            let mut after = OnnxInfo::read(&fixed).unwrap();
+            assert!(!before.inputs.is_empty());
+            for (input, was) in after.inputs.iter_mut().zip(&before.inputs) {
+                let (dims, was) = (input.dims.as_mut().unwrap(), was.dims.as_ref().unwrap());
+                assert_eq!(dims[0], Dim::Fixed(300), "{name}");
+                dims[0] = was[0].clone();
+            }
+            assert_eq!(after, before, "{name}");
+            assert_eq!(with_batch(&fixed, 7).unwrap(), fixed, "what has a size keeps it");
+        }
+    }
+
+    #[test]
+    fn bytes_cut_off_anywhere_are_an_error_or_a_shorter_file() {
+        let bytes = net("gc");
+        for end in 0..bytes.len().min(4000) {
+            if let Ok(fixed) = with_batch(&bytes[..end], 1) {
+                assert!(fixed.len() <= end + 64, "{end}");
+            }
+        }
+    }
+}

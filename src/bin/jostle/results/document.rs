@@ -1,6 +1,6 @@
 //! The results document: a table for each section, with the published figures beside ours, the commands, the pictures.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
 use super::list::{List, Plot, Row, Section};
@@ -66,6 +66,7 @@ pub fn document(list: &List, states: &[State], plots: &str) -> String {
 /// When and on what the rows were measured: one line for each date, build and machine.
 fn origins(states: &[State]) -> String {
     let mut groups: BTreeMap<String, (usize, f64)> = BTreeMap::new();
+    let mut runs = BTreeSet::new();
     for state in states {
         let State::Done { origin: o, .. } = state else { continue };
         let jobs = if o.jobs == 1 { "one row at a time".into() } else { format!("{} rows side by side", o.jobs) };
@@ -74,7 +75,11 @@ fn origins(states: &[State]) -> String {
             o.date, o.version, o.commit, o.processor, o.cores
         );
         let group = groups.entry(key).or_default();
-        *group = (group.0 + 1, group.1 + o.wall_s / o.jobs.max(1) as f64);
+        group.0 += 1;
+        // Rows with the same command share one run, and have its time to the nanosecond.
+        if runs.insert(o.wall_s.to_bits()) {
+            group.1 += o.wall_s / o.jobs.max(1) as f64;
+        }
     }
     if groups.is_empty() {
         return "Nothing was measured yet.\n".into();

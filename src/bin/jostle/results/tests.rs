@@ -126,6 +126,21 @@ fn states() -> Vec<State> {
     vec![State::Done { measured, origin: Box::new(origin), trials: 2 }, State::Missing(refused.into()), State::NotRun]
 }
 
+#[test]
+fn the_time_of_a_run_that_two_rows_share_counts_once() {
+    let list = List::parse(LIST).unwrap();
+    let with = |second: f64| {
+        let mut all = vec![states().remove(0), states().remove(0), State::NotRun];
+        if let State::Done { origin, .. } = &mut all[1] {
+            origin.wall_s = second;
+        }
+        document(&list, &all, "docs/img/results")
+    };
+    let line = |text: &str| text.lines().find(|l| l.starts_with("* 2 rows")).expect("a line").to_string();
+    assert!(line(&with(600.0)).ends_with("; 5 min"), "{}", with(600.0));
+    assert!(line(&with(660.0)).ends_with("; 10 min") || line(&with(660.0)).ends_with("; 11 min"), "{}", with(660.0));
+}
+
 /// `UPDATE_GOLDEN=1` writes tests/golden/results.md anew.
 #[test]
 fn the_document_of_a_stored_report_is_as_recorded() {
