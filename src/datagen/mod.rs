@@ -30,7 +30,7 @@ mod tests;
 
 pub use assess::{
     Agreement, ChainEngine, ChainParams, ChainReport, ChainStep, ClassifierTrials, EngineMaker, GraspTally,
-    GraspTrials, NamedGrasp, ReliabilityBin, StatedProbability, TrialParams, chains, try_classifier, try_grasps,
+    GraspTrialParams, GraspTrials, NamedGrasp, ReliabilityBin, StatedProbability, chains, try_classifier, try_grasps,
 };
 pub use grasp::{GRASP_ANGLES, GRASP_CELLS, GRASP_PIXEL, GRASP_SIZE, GraspDataParams, grasp};
 pub use ppn::{PpnParams, ppn};

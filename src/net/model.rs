@@ -319,7 +319,7 @@ fn session(path: &Path, bytes: &[u8], runtime: &Runtime, device: Device, threads
     };
     let mut builder = Session::builder(runtime.environment()).map_err(|e| refused(&e))?;
     // A backend that does not know a setting goes without it.
-    // ONNX Runtime does so by itself; the embedded backend only where it is asked to.
+    // ONNX Runtime optimises unasked; the embedded backend only where it is asked to.
     builder = builder.with_optimization_level(GraphOptimizationLevel::All).unwrap_or_else(|e| e.recover());
     builder = builder.with_intra_threads(threads).unwrap_or_else(|e| e.recover());
     builder = builder.with_inter_threads(1).unwrap_or_else(|e| e.recover());

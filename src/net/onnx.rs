@@ -1,4 +1,5 @@
-//! Reads what an ONNX file says of itself: metadata, inputs and outputs, without running or building anything.
+//! Reads what an ONNX file says of itself: metadata, inputs and outputs, without running or building anything; and copies
+//! one with the batch of its inputs fixed ([`with_batch`]).
 //!
 //! ONNX is a protocol buffer (`onnx.proto`). Only the fields that are needed are understood; the rest is stepped over.
 //! The reader accepts any bytes: lengths are checked against what is left, nothing is recursive, and memory grows with the
@@ -328,7 +329,7 @@ fn copy_with_batch(bytes: &[u8], base: usize, path: &[u64], batch: u64, out: &mu
         let begin = fields.at;
         let Some((number, value)) = fields.next()? else { return Ok(()) };
         match value {
-            // Of a message within the file is known where it begins.
+            // A message within the file has a place; numbers of fixed width, which have no fields, have 0.
             Value::Bytes(inner, base) if number == *next && base > 0 && (first || !rest.is_empty()) => {
                 first = false;
                 let mut content = Vec::with_capacity(inner.len() + 16);

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use jostle::action::Grasp;
 use jostle::datagen::{
-    Agreement, ChainParams, ChainReport, ClassifierTrials, EngineMaker, GraspTally, GraspTrials, SceneParams,
-    ShapeFamily, StatedProbability, TrialParams, chains, try_classifier, try_grasps,
+    Agreement, ChainParams, ChainReport, ClassifierTrials, EngineMaker, GraspTally, GraspTrialParams, GraspTrials,
+    SceneParams, ShapeFamily, StatedProbability, chains, try_classifier, try_grasps,
 };
 use jostle::net::{Gc, Gn, GraspMap, ImageScratch, Kind, LoadOptions, Model, TargetProbability, check_gripper};
 use jostle::physics::{self, PhysicsOptions, Purpose, Transition};
@@ -100,8 +100,8 @@ fn grasp(args: &AssessGraspArgs) -> Outcome<()> {
     }
 }
 
-fn trials(args: &AssessGraspArgs) -> TrialParams {
-    TrialParams { targets: args.count, seed: args.scenes.seed, ..TrialParams::default() }
+fn trials(args: &AssessGraspArgs) -> GraspTrialParams {
+    GraspTrialParams { targets: args.count, seed: args.scenes.seed, ..GraspTrialParams::default() }
 }
 
 /// Whether a target can be grasped.

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::super::shapes::ShapeFamily;
 use super::EngineMaker;
-use super::targets::{Target, TrialParams, each_target};
+use super::targets::{GraspTrialParams, Target, each_target};
 use crate::error::Result;
 use crate::plan::GraspDecision;
 use crate::run::Stop;
@@ -94,7 +94,7 @@ pub type StatedProbability<'a> = &'a mut dyn FnMut(&Scene, &State, usize) -> Res
 /// # Errors
 /// [`Error::Argument`](crate::error::Error::Argument) for parameters out of range and for an engine that cannot grasp; what the network fails with.
 pub fn try_classifier(
-    params: &TrialParams,
+    params: &GraspTrialParams,
     family: &Arc<ShapeFamily>,
     judge: EngineMaker<'_>,
     (network, threshold): (StatedProbability<'_>, f64),

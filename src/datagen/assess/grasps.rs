@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use super::super::shapes::ShapeFamily;
 use super::EngineMaker;
-use super::targets::{TrialParams, each_target};
+use super::targets::{GraspTrialParams, each_target};
 use crate::action::Grasp;
 use crate::error::{Error, Result};
 use crate::plan::GraspDecision;
@@ -68,7 +68,7 @@ pub type NamedGrasp<'a> = &'a mut dyn FnMut(&Scene, &State, usize) -> Result<Opt
 /// Tries out a network's grasps in an engine that can grasp, for so many targets that some grasp of the grid can take. A
 /// requested stop ends with what is known by then. `progress` hears the number of targets.
 pub fn try_grasps(
-    params: &TrialParams,
+    params: &GraspTrialParams,
     family: &Arc<ShapeFamily>,
     judge: EngineMaker<'_>,
     network: NamedGrasp<'_>,

@@ -18,7 +18,7 @@ use std::sync::Arc;
 pub use chain::{ChainEngine, ChainParams, ChainReport, ChainStep, chains};
 pub use classifier::{Agreement, ClassifierTrials, ReliabilityBin, StatedProbability, try_classifier};
 pub use grasps::{GraspTally, GraspTrials, NamedGrasp, try_grasps};
-pub use targets::TrialParams;
+pub use targets::GraspTrialParams;
 
 use super::scenes::{SceneMaker, TrainingScene};
 use super::shapes::Split;

@@ -18,19 +18,19 @@ use crate::run::Stop;
 use crate::scene::{Scene, State};
 use crate::vision::centre_of;
 
-/// What to try out.
+/// Which held-out targets to try grasps on.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct TrialParams {
+pub struct GraspTrialParams {
     /// Scenes, and states and targets of each.
     pub data: GraspDataParams,
-    /// Targets that count.
+    /// Targets that count: all, or those that some grasp can take, as the function says that takes this.
     pub targets: usize,
     pub seed: u64,
 }
 
-impl Default for TrialParams {
+impl Default for GraspTrialParams {
     fn default() -> Self {
-        TrialParams { data: GraspDataParams { targets: 2, ..GraspDataParams::default() }, targets: 300, seed: 0 }
+        GraspTrialParams { data: GraspDataParams { targets: 2, ..GraspDataParams::default() }, targets: 300, seed: 0 }
     }
 }
 
@@ -80,7 +80,7 @@ impl Target<'_> {
 
 /// Shows targets to `visit` until it has enough or a stop is requested.
 pub(super) fn each_target(
-    params: &TrialParams,
+    params: &GraspTrialParams,
     family: &Arc<ShapeFamily>,
     judge: EngineMaker<'_>,
     stop: &Stop,

@@ -49,7 +49,7 @@ fn a_stop_ends_the_comparison_with_what_is_known() {
 
 #[test]
 fn only_an_engine_that_grasps_can_judge_grasps() {
-    let params = TrialParams { targets: 1, ..TrialParams::default() };
+    let params = GraspTrialParams { targets: 1, ..GraspTrialParams::default() };
     let judge = make("planar:fast");
     let error = try_grasps(&params, &family(), &judge, &mut |_, _, _| Ok(None), &Stop::never(), &mut |_| ());
     let text = error.unwrap_err().to_string();
@@ -60,7 +60,7 @@ fn only_an_engine_that_grasps_can_judge_grasps() {
 #[test]
 fn grasps_of_the_geometric_test_succeed_and_none_at_all_does_not() {
     use crate::grasp::{GraspParams, GraspScratch, GraspTest};
-    let params = TrialParams { targets: 8, seed: 2, ..TrialParams::default() };
+    let params = GraspTrialParams { targets: 8, seed: 2, ..GraspTrialParams::default() };
     let judge = make("bullet:fast");
     let mut scratch = GraspScratch::default();
     // Names the test's own best where there is one, else nothing.
@@ -79,7 +79,7 @@ fn grasps_of_the_geometric_test_succeed_and_none_at_all_does_not() {
 #[test]
 fn a_classifier_that_asks_the_geometric_test_agrees_with_it_and_one_that_never_says_yes_does_not() {
     use crate::grasp::{GraspParams, GraspScratch, GraspTest};
-    let params = TrialParams { targets: 10, seed: 2, ..TrialParams::default() };
+    let params = GraspTrialParams { targets: 10, seed: 2, ..GraspTrialParams::default() };
     let judge = make("bullet:fast");
     let mut scratch = GraspScratch::default();
     let mut asked = |scene: &Scene, state: &crate::scene::State, target: usize| {

@@ -103,7 +103,7 @@ fn rank(found: &GraspAssessment, enough: f64) -> f64 {
 /// which may differ between bodies. `found` holds the bodies' assessments in `state`.
 ///
 /// A body is assessed anew when its turn comes, or when nothing else can be taken, and not whenever a neighbour is taken:
-/// a network takes milliseconds for each. What it had before is the less it can have.
+/// a network takes milliseconds for each. Until then its earlier score stands, which more room can only raise.
 pub(super) fn take_in_turn(
     parts: &ClearParts,
     scorer: &mut (dyn Any + Send),
