@@ -188,6 +188,13 @@ impl PhysicsOptions {
         Ok(options)
     }
 
+    /// The same engine with the preset of a judge, where this one is that of a planner and the two differ.
+    pub fn finer(&self) -> Option<Self> {
+        let info = EngineInfo::find(&self.engine).ok()?;
+        let planning = self.settings.is_none() && self.preset == info.planning && info.judging != info.planning;
+        planning.then(|| Self { preset: info.judging.into(), ..self.clone() })
+    }
+
     /// Reads `ENGINE:PRESET`, `ENGINE` (with the preset that suits the purpose), or a preset of rapier.
     pub fn parse(text: &str, purpose: Purpose) -> Result<Self> {
         match text.split_once(':') {
@@ -269,4 +276,20 @@ pub fn engine_with(
             Arc::new(Dipn::new(scene, settings, Dipn::load(own_network(options))?)?)
         }
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_planning_preset_has_a_finer_one_and_no_other_does() {
+        let parse = |text| PhysicsOptions::parse(text, Purpose::Planning).unwrap();
+        assert_eq!(parse("prism").finer(), Some(parse("prism:fine")));
+        assert_eq!(parse("prism:fine").finer(), None);
+        assert_eq!(parse("rapier:balanced").finer(), None, "was asked for");
+        assert_eq!(PhysicsOptions::custom(EngineSettings::Prism(PrismSettings::default())).finer(), None);
+        let learned = PhysicsOptions { engine: "dipn".into(), preset: "dipn".into(), settings: None };
+        assert_eq!(learned.finer(), None, "one network is all it has");
+    }
 }
