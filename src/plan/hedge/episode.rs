@@ -45,7 +45,7 @@ pub(super) struct Bench {
 
 impl Bench {
     pub fn new(rules: &Rules<'_>) -> Result<Bench> {
-        // Any world's engine: they are all of one kind, and a scratch of another is slower but not wrong.
+        // Any world's engine: they differ in preset and friction only, and a scratch of another is slower but not wrong.
         let engine = rules.ensemble.engine(0).map_or_else(|| rules.domain.engine.scratch(), |e| e.scratch());
         let jaw = Jaw::new(&rules.domain.scene)?;
         Ok(Bench { engine, model: rules.domain.new_scratch(), jaw, results: Vec::new(), sampled: Vec::new() })
