@@ -82,7 +82,21 @@ def to_onnx(net, kind):
     used = {name for node in model.graph.node for name in node.input}
     for value in [v for v in model.graph.input if v.name not in used]:
         model.graph.input.remove(value)
+    keep_short_indices(model)
     return model
+
+
+def keep_short_indices(model):
+    """Takes out casts of Gather's indices from 32 to 64 bits, which torch wants and ONNX does not."""
+    types = {v.name: v.type.tensor_type.elem_type for v in onnx.shape_inference.infer_shapes(model).graph.value_info}
+    casts = {node.output[0]: node for node in model.graph.node if node.op_type == "Cast"}
+    for node in model.graph.node:
+        cast = casts.get(node.input[1]) if node.op_type == "Gather" else None
+        if cast is not None and types[cast.input[0]] == onnx.TensorProto.INT32:
+            node.input[1] = cast.input[0]
+    used = {name for node in model.graph.node for name in node.input}
+    for cast in [c for c in casts.values() if c.output[0] not in used]:
+        model.graph.node.remove(cast)
 
 
 def session(model):

@@ -17,9 +17,9 @@ use crate::args::BenchPushArgs;
 use crate::output::{self, Failure, Machine, Outcome};
 use crate::table::{Table, number};
 
-/// Times that every push runs in one timed run, at least: a run has to be long against the waking of an idle core.
+/// Times that every push runs in one timed run, if the time allows: a run has to be long against the waking of an idle core.
 const PASSES: usize = 8;
-/// Calls that are timed together, at least: fewer cannot be dealt out evenly to two threads, as a call stays on one.
+/// Calls that are timed together, if the time allows: fewer cannot be dealt out evenly to two threads, as a call stays on one.
 const CALLS: usize = 128;
 /// Every variant runs at least this often.
 const ROUNDS: usize = 3;
@@ -122,6 +122,8 @@ pub fn run(args: &BenchPushArgs) -> Outcome<()> {
     let mut models = models(args)?;
     let mut groups = Calls::new();
     let mut engines = 0;
+    // Of an engine's pushes in one scene, so that all rounds end in the time given: two threads take half of one's.
+    let seconds = args.seconds / (models.len() * sources.len() * ROUNDS) as f64 / 1.5;
     for (m, model) in models.iter_mut().enumerate() {
         let network = physics::network(&model.options)?;
         for source in &sources {
@@ -130,7 +132,9 @@ pub fn run(args: &BenchPushArgs) -> Outcome<()> {
             // Whole calls only: a short one at the end would be of another kind.
             let alike = sources.iter().filter(|other| other.scene.len() == source.scene.len()).count();
             let least = CALLS.div_ceil(alike.max(1)) * model.batch;
-            let wanted = (PASSES * source.pushes.len()).max(least).next_multiple_of(model.batch);
+            let affordable = seconds / one_push(engine.as_ref(), source).max(1e-6);
+            let wanted = (PASSES * source.pushes.len()).max(least).min(affordable as usize + 1);
+            let wanted = wanted.next_multiple_of(model.batch);
             let pushes: Vec<_> = source.pushes.iter().cycle().take(wanted).cloned().collect();
             let calls = groups.entry((m, source.scene.len())).or_default();
             calls.extend(pushes.chunks(model.batch).map(|pushes| Call {
@@ -179,6 +183,18 @@ pub fn run(args: &BenchPushArgs) -> Outcome<()> {
         report.presets.insert(name, rates);
     }
     output::report(args.json.json.as_deref(), &report, &text(&report, &names))
+}
+
+/// What one push of the source takes about, once the engine is warm.
+fn one_push(engine: &dyn Transition, source: &Source) -> f64 {
+    let mut scratch = engine.scratch();
+    let mut seconds = 0.0;
+    for (state, push) in source.pushes.iter().take(2) {
+        let start = Instant::now();
+        std::hint::black_box(engine.step(&mut scratch, state, push, &Stop::never()));
+        seconds = start.elapsed().as_secs_f64();
+    }
+    seconds
 }
 
 /// The engines that were asked for, with the presets that are wanted of them.

@@ -66,12 +66,14 @@ class Window(nn.Module):
         self.sizes = [a * b for a, b in self.grids]
         found = [self.shifts_of(g) for g in grids]
         self.reach = max(int(shift.abs().max()) for _, *shifts in found for shift in shifts)
+        self.shown = 2 * (half + self.reach)  # rows and columns that the windows come to
         if half + self.reach > self.rows // 2:
             raise ValueError("the windows leave the image")
         for channel, (phase, y, x) in enumerate(found):
             first = (channel * self.phases**2 + phase) * self.rows + y
-            at = first * (2 * self.reach + 1) + x + self.reach
-            self.register_buffer(f"at{channel}", at.flatten(1), persistent=False)
+            # Of the row in `forward`'s copies; 32 bits, as the index is read from memory as often as the rows are.
+            at = ((x + self.reach) * 2 * self.phases**2 + channel * self.phases**2 + phase) * self.shown + y + self.reach
+            self.register_buffer(f"at{channel}", at.flatten(1).int(), persistent=False)
             self.register_buffer(f"flat{channel}", (first * self.rows + x).flatten(1), persistent=False)
 
     def shifts_of(self, grid):
@@ -87,15 +89,15 @@ class Window(nn.Module):
 
     def forward(self, image):
         """What the taps show at each of (2 half)^2 cells: obstacles and the target, [B,16,T,cells] each."""
-        x = self.planes(image)
-        first, side, shifts = self.rows // 2 - self.half, 2 * self.half, 2 * self.reach + 1
-        begin = first - self.reach
-        slid = torch.stack([x[..., begin + k : begin + k + side] for k in range(shifts)], 3)
-        slid = slid.reshape(-1, 2 * self.phases**2 * self.rows * shifts, side)
-        row = (torch.arange(side) + first) * shifts
+        side, begin = 2 * self.half, self.rows // 2 - self.half - self.reach
+        x = self.planes(image)[..., begin : begin + self.shown, :]
+        # A copy for each shift of the columns, in which the rows that a tap shows lie one after another: they are most
+        # of what is read.
+        slid = torch.stack([x[..., begin + k : begin + k + side] for k in range(2 * self.reach + 1)], 1)
+        slid = slid.reshape(-1, (2 * self.reach + 1) * 2 * self.phases**2 * self.shown, side)
         out = []
         for at, size in zip((self.at0, self.at1), self.sizes):
-            index = (at.unsqueeze(-1) + row).reshape(-1)
+            index = (at.unsqueeze(-1) + torch.arange(side, dtype=torch.int32)).reshape(-1)
             out.append(slid.index_select(1, index).reshape(-1, ANGLES, size, side * side))
         return out
 
