@@ -92,7 +92,7 @@ def keep_short_indices(model):
     casts = {node.output[0]: node for node in model.graph.node if node.op_type == "Cast"}
     for node in model.graph.node:
         cast = casts.get(node.input[1]) if node.op_type == "Gather" else None
-        if cast is not None and types[cast.input[0]] == onnx.TensorProto.INT32:
+        if cast is not None and types.get(cast.input[0]) == onnx.TensorProto.INT32:
             node.input[1] = cast.input[0]
     used = {name for node in model.graph.node for name in node.input}
     for cast in [c for c in casts.values() if c.output[0] not in used]:

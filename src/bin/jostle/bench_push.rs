@@ -122,19 +122,22 @@ pub fn run(args: &BenchPushArgs) -> Outcome<()> {
     let mut models = models(args)?;
     let mut groups = Calls::new();
     let mut engines = 0;
-    // Of an engine's pushes in one scene, so that all rounds end in the time given: two threads take half of one's.
-    let seconds = args.seconds / (models.len() * sources.len() * ROUNDS) as f64 / 1.5;
+    // Of an engine's pushes on one thread, so that all rounds end in about the time given: two threads take half of that.
+    let seconds = args.seconds / (models.len() * ROUNDS) as f64 / 1.5;
     for (m, model) in models.iter_mut().enumerate() {
         let network = physics::network(&model.options)?;
-        for source in &sources {
-            let engine = physics::engine_with(&model.options, Arc::clone(&source.scene), network.as_ref())?;
-            model.batch = args.batch.unwrap_or(engine.batch_size()).max(1);
+        let of_source = |s: &Source| physics::engine_with(&model.options, Arc::clone(&s.scene), network.as_ref());
+        let engines_of = sources.iter().map(of_source).collect::<Result<Vec<_>, _>>()?;
+        let Some(first) = engines_of.first() else { continue };
+        model.batch = args.batch.unwrap_or(first.batch_size()).max(1);
+        // As many in every scene: fewer of dear ones would make the mean cheaper.
+        let once: f64 = sources.iter().zip(&engines_of).map(|(s, e)| push_time(e.as_ref(), s, model.batch)).sum();
+        let affordable = (seconds / once.max(1e-9)) as usize + 1;
+        for (source, engine) in sources.iter().zip(engines_of) {
             // Whole calls only: a short one at the end would be of another kind.
             let alike = sources.iter().filter(|other| other.scene.len() == source.scene.len()).count();
             let least = CALLS.div_ceil(alike.max(1)) * model.batch;
-            let affordable = seconds / one_push(engine.as_ref(), source).max(1e-6);
-            let wanted = (PASSES * source.pushes.len()).max(least).min(affordable as usize + 1);
-            let wanted = wanted.next_multiple_of(model.batch);
+            let wanted = (PASSES * source.pushes.len()).max(least).min(affordable).next_multiple_of(model.batch);
             let pushes: Vec<_> = source.pushes.iter().cycle().take(wanted).cloned().collect();
             let calls = groups.entry((m, source.scene.len())).or_default();
             calls.extend(pushes.chunks(model.batch).map(|pushes| Call {
@@ -185,16 +188,19 @@ pub fn run(args: &BenchPushArgs) -> Outcome<()> {
     output::report(args.json.json.as_deref(), &report, &text(&report, &names))
 }
 
-/// What one push of the source takes about, once the engine is warm.
-fn one_push(engine: &dyn Transition, source: &Source) -> f64 {
+/// What a push of the source takes about, in a call of so many; the first call warms the engine.
+fn push_time(engine: &dyn Transition, source: &Source, batch: usize) -> f64 {
     let mut scratch = engine.scratch();
+    let jobs = source.pushes.iter().cycle().take(batch).map(|(state, push)| PushJob { state, push: *push });
+    let jobs: Vec<PushJob<'_>> = jobs.collect();
+    let mut results = vec![PushResult::default(); jobs.len()];
     let mut seconds = 0.0;
-    for (state, push) in source.pushes.iter().take(2) {
+    for _ in 0..2 {
         let start = Instant::now();
-        std::hint::black_box(engine.step(&mut scratch, state, push, &Stop::never()));
+        engine.step_batch(&mut scratch, &jobs, &mut results, &Stop::never());
         seconds = start.elapsed().as_secs_f64();
     }
-    seconds
+    seconds / batch as f64
 }
 
 /// The engines that were asked for, with the presets that are wanted of them.

@@ -15,8 +15,8 @@
 //! `hard` and half of one on `confined` beside the published ones.
 //!
 //! The worlds: friction of the tip and of every body off by up to 20 %, bodies 1 mm and 1 degree from where they were
-//! seen, `prism` as engine, `fast` and `fine` in turn: a plan that works at one
-//! step length only is not to be trusted. They are the same for all plans.
+//! seen, `prism` as engine, `fast` and `fine` in turn: a plan that works at one step length only is not to be trusted.
+//! They are the same for all plans.
 
 mod decision;
 mod episode;
