@@ -8,7 +8,9 @@ use jostle::error::Error;
 use jostle::geom::{Pose2, Shape, normalize_angle, vec2};
 use jostle::grasp::{GraspParams, GraspScratch, GraspTest};
 use jostle::physics::{self, PhysicsOptions, PushResult, PushStatus};
-use jostle::plan::{Confirm, Control, GraspDecision, Outcome, PLANNERS, Plan, Planner, PlannerOptions, Variant};
+use jostle::plan::{
+    Confirm, Control, GraspDecision, Outcome, PLANNERS, Plan, Planner, PlannerOptions, Reason, Variant,
+};
 use jostle::run::{Budget, CancelToken, Key, Progress, Stop};
 use jostle::scene::generate::{Generator, GeneratorParams};
 use jostle::scene::{BodyDef, LeaveRule, LeaveScope, Problem, SceneBuilder, State, Workspace};
@@ -439,6 +441,8 @@ fn nothing_to_do_is_infeasible() {
             assert_eq!((plan.outcome, plan.actions.len()), (Outcome::Infeasible, 0), "{}", options.planner);
             assert!(plan.considered.is_empty());
             assert_eq!(plan.statistics.simulations > 0, simulated);
+            let [Reason::NoLegalPush { proposed }] = plan.reasons[..] else { panic!("{:?}", plan.reasons) };
+            assert_eq!(proposed > 0, simulated);
             assert_eq!(planner.solve(&open(), &Control::default()).unwrap().outcome, Outcome::Solved);
         }
     }

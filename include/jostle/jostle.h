@@ -817,7 +817,8 @@ typedef int32_t jostle_effect;
 /// The search ended by itself without a grasp, or short of the goals; the plan holds the best actions found.
 #define JOSTLE_OUTCOME_PARTIAL 2
 
-/// Nothing can be done: no grasp, and no legal push or move. The plan holds no actions.
+/// It was shown that the planner's actions do not solve the problem: there is no grasp and no legal push, or a body that has
+/// to be dragged is enclosed by what stays. The plan holds no actions; jostle_plan_reason() says why.
 #define JOSTLE_OUTCOME_INFEASIBLE 3
 
 /// A limit was reached first; the plan holds the best found so far.
@@ -1809,6 +1810,29 @@ jostle_status jostle_plan_outcome(const struct jostle_plan *plan, jostle_outcome
 /// Owns: the library, for ever.
 /// Errors: none.
 const char *jostle_outcome_name(jostle_outcome outcome);
+
+/// Number of reasons why the plan is not solved; 0 for one that is, and for one that was cancelled.
+///
+/// Thread: shared use of plan.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null), HANDLE.
+jostle_status jostle_plan_reason_count(const struct jostle_plan *plan, size_t *count);
+
+/// Copies one of the reasons why the plan is not solved, from 0: a sentence that says what is so and what to change;
+/// `length` counts the closing zero. jostle_plan_json() has the same with its numbers.
+///
+/// Thread: shared use of plan.
+/// RT: no.
+/// Nullable: buffer (with capacity 0: asks for the length).
+/// Owns: the caller owns the buffer.
+/// Errors: ARGUMENT (null), HANDLE, BUFFER (length was written), NOT_FOUND (the plan has no such reason).
+jostle_status jostle_plan_reason(const struct jostle_plan *plan,
+                                 size_t index,
+                                 char *buffer,
+                                 size_t capacity,
+                                 size_t *length);
 
 /// Number of actions.
 ///

@@ -390,6 +390,17 @@ public:
         return value;
     }
     const char *outcome_name() const { return jostle_outcome_name(outcome()); }
+    /// Why the plan is not solved, a sentence each.
+    std::vector<std::string> reasons() const {
+        std::size_t count = 0;
+        check(jostle_plan_reason_count(get(), &count));
+        std::vector<std::string> texts(count);
+        for (std::size_t i = 0; i < count; i++)
+            texts[i] = detail::text([&](char *to, std::size_t room, std::size_t *length) {
+                return jostle_plan_reason(get(), i, to, room, length);
+            });
+        return texts;
+    }
     std::size_t size() const {
         std::size_t count = 0;
         check(jostle_plan_action_count(get(), &count));

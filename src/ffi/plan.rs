@@ -25,7 +25,8 @@ pub type jostle_outcome = i32;
 pub const JOSTLE_OUTCOME_SOLVED: jostle_outcome = 1;
 /// The search ended by itself without a grasp, or short of the goals; the plan holds the best actions found.
 pub const JOSTLE_OUTCOME_PARTIAL: jostle_outcome = 2;
-/// Nothing can be done: no grasp, and no legal push or move. The plan holds no actions.
+/// It was shown that the planner's actions do not solve the problem: there is no grasp and no legal push, or a body that has
+/// to be dragged is enclosed by what stays. The plan holds no actions; jostle_plan_reason() says why.
 pub const JOSTLE_OUTCOME_INFEASIBLE: jostle_outcome = 3;
 /// A limit was reached first; the plan holds the best found so far.
 pub const JOSTLE_OUTCOME_BUDGET: jostle_outcome = 4;
@@ -158,6 +159,13 @@ impl Plan {
         }
     }
 
+    fn reasons(&self) -> &[plan::Reason] {
+        match &self.made {
+            Made::Retrieval(plan) => &plan.reasons,
+            Made::Rearrangement(plan) => &plan.reasons,
+        }
+    }
+
     /// One action's value and the state after it.
     fn step(&self, index: usize) -> Outcome<(f64, &State)> {
         let step = match &self.made {
@@ -245,6 +253,49 @@ pub extern "C" fn jostle_outcome_name(outcome: jostle_outcome) -> *const c_char 
         _ => c"unknown outcome",
     }
     .as_ptr()
+}
+
+/// Number of reasons why the plan is not solved; 0 for one that is, and for one that was cancelled.
+///
+/// Thread: shared use of plan.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null), HANDLE.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_plan_reason_count(plan: *const jostle_plan, count: *mut usize) -> jostle_status {
+    with("jostle_plan_reason_count", plan, |plan| {
+        // SAFETY: the caller promises a writable place.
+        unsafe { out(count, "count") }?.set(plan.reasons().len());
+        Ok(())
+    })
+}
+
+/// Copies one of the reasons why the plan is not solved, from 0: a sentence that says what is so and what to change;
+/// `length` counts the closing zero. jostle_plan_json() has the same with its numbers.
+///
+/// Thread: shared use of plan.
+/// RT: no.
+/// Nullable: buffer (with capacity 0: asks for the length).
+/// Owns: the caller owns the buffer.
+/// Errors: ARGUMENT (null), HANDLE, BUFFER (length was written), NOT_FOUND (the plan has no such reason).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_plan_reason(
+    plan: *const jostle_plan,
+    index: usize,
+    buffer: *mut c_char,
+    capacity: usize,
+    length: *mut usize,
+) -> jostle_status {
+    with("jostle_plan_reason", plan, |plan| {
+        let reasons = plan.reasons();
+        let reason = reasons.get(index).ok_or_else(|| {
+            let text = format!("index: is {index}; the plan has {} reasons", reasons.len());
+            Failure::new(JOSTLE_ERROR_NOT_FOUND, text)
+        })?;
+        // SAFETY: the caller promises room for `capacity` characters.
+        unsafe { fill_text(buffer, capacity, length, &reason.to_string()) }
+    })
 }
 
 /// Number of actions.
@@ -591,6 +642,10 @@ pub unsafe extern "C" fn jostle_plan_json(
     })
 }
 
+fn reasons_json(reasons: &[plan::Reason]) -> Vec<plan::WrittenReason> {
+    reasons.iter().map(plan::WrittenReason::from).collect()
+}
+
 fn retrieval_json(p: &plan::Plan) -> serde_json::Value {
     let steps: Vec<_> = p
         .actions
@@ -612,7 +667,8 @@ fn retrieval_json(p: &plan::Plan) -> serde_json::Value {
         })
         .collect();
     serde_json::json!({
-        "planner": p.planner, "seed": p.seed, "outcome": p.outcome, "grasp_score": p.grasp_score,
+        "planner": p.planner, "seed": p.seed, "outcome": p.outcome, "reasons": reasons_json(&p.reasons),
+        "grasp_score": p.grasp_score,
         "actions": steps, "considered": considered, "statistics": p.statistics,
     })
 }
@@ -642,7 +698,8 @@ fn rearrangement_json(p: &RearrangePlan) -> serde_json::Value {
         })
         .collect();
     serde_json::json!({
-        "planner": p.planner, "seed": p.seed, "outcome": p.outcome, "cost": p.cost, "robot_seconds": p.robot_seconds,
+        "planner": p.planner, "seed": p.seed, "outcome": p.outcome, "reasons": reasons_json(&p.reasons),
+        "cost": p.cost, "robot_seconds": p.robot_seconds,
         "actions": steps, "considered": considered, "statistics": p.statistics,
     })
 }

@@ -2,18 +2,20 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::reason::Reason;
 use crate::action::Action;
 use crate::scene::State;
 
-/// How a decision ended. None of these is an error.
+/// How a decision ended. None of these is an error. [`Plan::reasons`] says why one is not solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
-    /// The plan ends with the target grasped, in the planner's model.
+    /// The plan ends with the target grasped, or with every body at its goal or off the table, in the planner's model.
     Solved,
-    /// The search ended by itself without a grasp; the plan holds the best pushes found.
+    /// The search ended by itself short of that; the plan holds the best found.
     Partial,
-    /// Nothing can be done: no grasp, and no legal push.
+    /// It was shown that the planner's actions do not solve the problem: nothing can be done, or a body that has to be
+    /// dragged is enclosed by what stays. The plan holds no actions.
     Infeasible,
     /// A limit was reached first; the plan holds the best found so far.
     Budget,
@@ -91,6 +93,8 @@ pub struct PlanStatistics {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
     pub outcome: Outcome,
+    /// Why it is not solved; empty for a plan that is, and for one that was cancelled.
+    pub reasons: Vec<Reason>,
     /// What to do, in order. Execute the first action, observe, and plan again.
     pub actions: Vec<PlannedAction>,
     /// Probability-like score of the plan's last grasp in the model, 0 without one.
@@ -107,6 +111,7 @@ impl Plan {
     pub(crate) fn empty(outcome: Outcome, planner: &str, seed: u64) -> Plan {
         Plan {
             outcome,
+            reasons: Vec::new(),
             actions: Vec::new(),
             grasp_score: 0.0,
             considered: Vec::new(),

@@ -8,13 +8,14 @@ use super::hedge;
 use super::networks::{Networks, OwnNetworks};
 use super::options::PlannerOptions;
 use super::outcome::{Outcome, Plan, PlanStatistics, PlannedAction, RankedAction};
+use super::reason::{Ending, Reason};
 use super::recipe::{Recipe, recipe};
 use super::retrieval::Retrieval;
 use crate::action::{Action, ContourSampler, Grasp, Push};
 use crate::error::Result;
 use crate::geom::normalize_angle;
 use crate::physics::{Ensemble, Transition};
-use crate::run::{Budget, CancelToken, Pool, Progress};
+use crate::run::{Budget, CancelToken, Pool, Progress, StopReason};
 use crate::scene::{Problem, Scene, State};
 use crate::search::{EndReason, Tree};
 
@@ -226,7 +227,7 @@ impl Planner {
             self.expected = Some(problem.state.clone());
         }
         plan.statistics.seconds = stop.elapsed().as_secs_f64();
-        self.fill(&mut plan, found);
+        self.fill(&mut plan, found, &budget);
         let pushes =
             plan.actions.iter().filter_map(|a| if let Action::Push(push) = a.action { Some(push) } else { None });
         self.planned.clear();
@@ -235,7 +236,7 @@ impl Planner {
     }
 
     /// Reads the plan out of the tree, or takes the one that was confirmed.
-    fn fill(&self, plan: &mut Plan, found: Found) {
+    fn fill(&self, plan: &mut Plan, found: Found, budget: &Budget) {
         let Found { report, verdict, cancelled } = found;
         plan.statistics = PlanStatistics {
             iterations: report.iterations,
@@ -271,12 +272,23 @@ impl Planner {
         let solved = plan.actions.last().is_some_and(|a| matches!(a.action, Action::Grasp(_)));
         let pushes = plan.actions.iter().filter(|a| matches!(a.action, Action::Push(_))).count();
         plan.statistics.proved_shortest = solved && pushes as u64 <= u64::from(report.proved_level);
-        plan.outcome = match report.reason {
-            _ if solved => Outcome::Solved,
-            EndReason::Iterations | EndReason::Memory | EndReason::Deadline => Outcome::Budget,
-            _ if plan.actions.is_empty() => Outcome::Infeasible,
-            _ => Outcome::Partial,
+        let ending = Ending { solved, ..self.ending(report.reason, budget) };
+        (plan.outcome, plan.reasons) = ending.conclude();
+    }
+
+    /// What the search's end says where it has no solution.
+    fn ending(&self, ended: EndReason, budget: &Budget) -> Ending {
+        let limit = match ended {
+            EndReason::Iterations => Reason::limit(budget, None),
+            EndReason::Memory => Some(Reason::memory(budget)),
+            EndReason::Deadline => Reason::limit(budget, Some(StopReason::Deadline)),
+            _ => None,
         };
+        let nothing = ended == EndReason::Exhausted && self.tree.root_children().all(|child| child.illegal);
+        let proposed = self.tree.root_children().count() as u64;
+        let shown = if nothing { vec![Reason::NoLegalPush { proposed }] } else { Vec::new() };
+        let short = vec![Reason::TriedAll { actions: self.recipe.search.max_depth }];
+        Ending { limit, shown, short, ..Ending::default() }
     }
 
     /// The search's own choice, as the model predicts it.

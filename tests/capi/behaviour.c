@@ -222,10 +222,20 @@ static void plans(jostle_context *context)
             MUST(jostle_plan_get_statistics(plan, &statistics));
             CHECK(statistics.proved_shortest <= 1 && statistics.success_chance <= 1);
             CHECK(statistics.seed == 3 && statistics.struct_size == sizeof statistics);
+            size_t reasons = 9;
+            MUST(jostle_plan_reason_count(plan, &reasons));
+            CHECK((reasons == 0) == (outcome == JOSTLE_OUTCOME_SOLVED));
+            for (size_t i = 0; i < reasons; i++) {
+                char sentence[512];
+                MUST(jostle_plan_reason(plan, i, sentence, sizeof sentence, &needed));
+                CHECK(strlen(sentence) + 1 == needed && strstr(sentence, "; "));
+                CHECK(jostle_plan_reason(plan, i, sentence, needed - 1, &needed) == JOSTLE_ERROR_BUFFER);
+            }
+            CHECK(jostle_plan_reason(plan, reasons, NULL, 0, &needed) == JOSTLE_ERROR_NOT_FOUND);
             MUST(jostle_plan_json(plan, NULL, 0, &needed));
             char *text = malloc(needed);
             MUST(jostle_plan_json(plan, text, needed, &needed));
-            CHECK(strlen(text) + 1 == needed && strstr(text, "\"planner\":\"hedge\""));
+            CHECK(strlen(text) + 1 == needed && strstr(text, "\"planner\":\"hedge\"") && strstr(text, "\"reasons\":["));
             free(text);
             uint32_t kept = 9;
             if (count) MUST(jostle_planner_advance(planner, &actions[0], &kept));

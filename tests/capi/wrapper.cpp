@@ -68,6 +68,7 @@ static void all() {
     planner decide(from, options);
     plan made = decide.solve(world, target);
     CHECK(made.actions().size() == made.size() && std::strlen(made.outcome_name()) > 3);
+    CHECK(made.reasons().empty() == (made.outcome() == JOSTLE_OUTCOME_SOLVED));
     CHECK(made.json().find("\"outcome\"") != std::string::npos && made.json().back() == '}');
     CHECK(made.considered().size() <= 64 && made.statistics().seed == 0);
     if (!made.considered().empty()) {

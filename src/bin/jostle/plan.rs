@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use jostle::action::Action;
 use jostle::eval::{is_original, push_travel, read_problem, with_gripper};
-use jostle::plan::{Control, Outcome as PlanOutcome, Plan, Planner};
+use jostle::plan::{Control, Outcome as PlanOutcome, Plan, Planner, Reason};
 use jostle::record::explanation;
 use jostle::scene::{Scene, State};
 
@@ -42,6 +42,13 @@ pub fn run(args: &PlanArgs) -> Outcome<()> {
     output::report(args.json.json.as_deref(), &PlanFile::new(&problem.to_json()?, &plan)?, &text)
 }
 
+/// Why a plan is not solved, below its outcome.
+pub fn write_reasons(out: &mut String, reasons: &[Reason]) {
+    for reason in reasons {
+        let _ = writeln!(out, "        {reason}");
+    }
+}
+
 /// The plan for people. Without a target everything is to be taken.
 pub fn text(title: &str, scene: &Scene, state: &State, target: Option<usize>, plan: &Plan) -> String {
     let name = |body: usize| scene.bodies().get(body).map_or("?", |b| b.name.as_str());
@@ -57,11 +64,12 @@ pub fn text(title: &str, scene: &Scene, state: &State, target: Option<usize>, pl
     let outcome = match plan.outcome {
         PlanOutcome::Solved => "solved",
         PlanOutcome::Partial => "partial: the search ended without a grasp; the best pushes found",
-        PlanOutcome::Infeasible => "infeasible: no grasp and no legal push",
+        PlanOutcome::Infeasible => "infeasible",
         PlanOutcome::Budget => "budget used up; the best pushes found",
         PlanOutcome::Cancelled => "cancelled",
     };
     let _ = writeln!(out, "outcome {outcome}");
+    write_reasons(&mut out, &plan.reasons);
     for (i, step) in plan.actions.iter().enumerate() {
         let _ = match &step.action {
             Action::Push(p) => writeln!(

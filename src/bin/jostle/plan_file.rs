@@ -2,7 +2,7 @@
 
 use jostle::action::Action;
 use jostle::geom::Pose2;
-use jostle::plan::{Outcome as PlanOutcome, Plan, PlanStatistics, PlannedAction, RankedAction};
+use jostle::plan::{Outcome as PlanOutcome, Plan, PlanStatistics, PlannedAction, RankedAction, WrittenReason};
 use jostle::scene::{AnyProblem, State};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -19,6 +19,8 @@ pub struct PlanFile {
     pub planner: String,
     pub seed: u64,
     pub outcome: PlanOutcome,
+    #[serde(default)]
+    pub reasons: Vec<WrittenReason>,
     /// A scene file's object.
     pub problem: Value,
     pub actions: Vec<Step>,
@@ -89,6 +91,7 @@ impl PlanFile {
             planner: plan.planner.clone(),
             seed: plan.seed,
             outcome: plan.outcome,
+            reasons: plan.reasons.iter().map(WrittenReason::from).collect(),
             problem: parsed(problem)?,
             actions: plan.actions.iter().map(step).collect::<Outcome<_>>()?,
             grasp_score: plan.grasp_score,
@@ -132,6 +135,7 @@ impl PlanFile {
         });
         let plan = Plan {
             outcome: file.outcome,
+            reasons: file.reasons.into_iter().map(|written| written.reason).collect(),
             actions,
             grasp_score: file.grasp_score,
             considered: considered.collect(),

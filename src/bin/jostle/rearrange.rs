@@ -10,7 +10,7 @@ use jostle::eval::arrange::{ArrangeLevel, Arranger};
 use jostle::eval::{RearrangeEnd, RearrangeReport, RearrangeTrials, certificate, rearrange_suite};
 use jostle::geom::Pose2;
 use jostle::plan::rearrange::{REARRANGE_PLANNERS, RearrangeOptions, RearrangePlan, RearrangePlanner};
-use jostle::plan::{Control, Outcome as PlanOutcome, PlanStatistics, Variant};
+use jostle::plan::{Control, Outcome as PlanOutcome, PlanStatistics, Variant, WrittenReason};
 use jostle::record::{rearrangement_animation, rearrangement_svg};
 use jostle::run::{Budget, Pool};
 use jostle::scene::{AnyProblem, Rearrangement, trlb};
@@ -19,6 +19,7 @@ use serde_json::Value;
 
 use crate::args::{GenerateRearrangeArgs, PlanArgs, PlannerArgs, RunArgs, cores};
 use crate::output::{self, Failure, Machine, Outcome};
+use crate::plan::write_reasons;
 use crate::progress;
 use crate::rearrange_suite::SUITE;
 use crate::table::{Table, number, percent};
@@ -33,6 +34,8 @@ pub struct RearrangePlanFile {
     planner: String,
     seed: u64,
     outcome: PlanOutcome,
+    #[serde(default)]
+    reasons: Vec<WrittenReason>,
     /// A scene file's object.
     problem: Value,
     moves: Vec<MoveEntry>,
@@ -140,6 +143,7 @@ pub fn plan(args: &PlanArgs, problem: &Rearrangement) -> Outcome<()> {
         planner: plan.planner.clone(),
         seed: plan.seed,
         outcome: plan.outcome,
+        reasons: plan.reasons.iter().map(WrittenReason::from).collect(),
         problem: document,
         moves: moves.iter().map(|action| MoveEntry::new(problem, action)).collect(),
         cost: plan.cost,
@@ -159,11 +163,12 @@ fn text(problem: &Rearrangement, plan: &RearrangePlan) -> Outcome<String> {
     let outcome = match plan.outcome {
         PlanOutcome::Solved => "solved",
         PlanOutcome::Partial => "partial: the search ended short of the goals; the best moves found",
-        PlanOutcome::Infeasible => "infeasible: no move is of use",
+        PlanOutcome::Infeasible => "infeasible",
         PlanOutcome::Budget => "budget used up; the best moves found",
         PlanOutcome::Cancelled => "cancelled",
     };
     let _ = writeln!(out, "outcome {outcome}");
+    write_reasons(&mut out, &plan.reasons);
     for (i, step) in plan.moves.iter().enumerate() {
         let entry = MoveEntry::new(problem, &step.action);
         let what = match entry.kind {

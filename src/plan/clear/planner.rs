@@ -11,6 +11,7 @@ use super::pushes::{Candidate, Judged, Judging};
 use crate::action::{Action, Grasp, Push, SamplerScratch};
 use crate::error::Result;
 use crate::grasp::GraspAssessment;
+use crate::plan::reason::{Ending, Reason};
 use crate::plan::{Control, Outcome, OwnNetworks, Plan, PlannedAction, RankedAction};
 use crate::run::{Budget, Key, Pool, Stop, StopReason};
 use crate::scene::{Clearing, Mask, Scene, State};
@@ -163,15 +164,17 @@ impl ClearPlanner {
         self.prepare(problem)?;
         let mut plan = Plan::empty(Outcome::Infeasible, &self.options.planner, self.options.seed);
         let Some(parts) = self.parts.take() else { return Ok(plan) };
-        let decided = self.decide_with(&parts, &problem.state, budget, control, &stop, &mut plan);
+        let mut ending = Ending::default();
+        let decided = self.decide_with(&parts, &problem.state, budget, control, &stop, &mut plan, &mut ending);
         self.parts = Some(parts);
         decided?;
-        if cancelled(&stop) {
-            plan.outcome = Outcome::Cancelled;
+        ending.cancelled = cancelled(&stop);
+        if ending.cancelled {
             plan.actions.clear();
             plan.considered.clear();
             plan.grasp_score = 0.0;
         }
+        (plan.outcome, plan.reasons) = ending.conclude();
         plan.statistics.seconds = stop.elapsed().as_secs_f64();
         Ok(plan)
     }
@@ -197,6 +200,7 @@ impl ClearPlanner {
         Ok(())
     }
 
+    #[allow(clippy::too_many_arguments)]
     fn decide_with(
         &mut self,
         parts: &ClearParts,
@@ -205,10 +209,11 @@ impl ClearPlanner {
         control: &Control,
         stop: &Stop,
         plan: &mut Plan,
+        ending: &mut Ending,
     ) -> Result<()> {
         let remaining = parts.remaining(state);
         if remaining.is_empty() {
-            plan.outcome = Outcome::Solved;
+            ending.solved = true;
             return Ok(());
         }
         if cancelled(stop) {
@@ -224,15 +229,15 @@ impl ClearPlanner {
         if best(remaining, &|body| rule.direct_score.max(demand[body]), &found).is_some() {
             self.take(parts, state, remaining, rule.direct_score, &mut found, plan);
             self.found = found;
+            left(parts, plan, ending);
             return Ok(());
         }
         let chosen = match rule.choice {
             PushChoice::Never => None,
             PushChoice::Random => self.any_push(parts, state),
-            PushChoice::Judged => self.best_push(parts, state, budget, control, stop, plan)?,
+            PushChoice::Judged => self.best_push(parts, state, budget, control, stop, plan, ending)?,
         };
         let rule = &self.recipe.rule;
-        let limited = plan.outcome == Outcome::Budget;
         let least = match (&chosen, rule.worth) {
             // Whatever is left to try.
             (None, _) => Some(0.0),
@@ -251,7 +256,6 @@ impl ClearPlanner {
             self.take(parts, state, remaining, least, &mut found, plan);
             // What comes after a grasp that is not good enough by itself is decided then.
             plan.actions.truncate(1);
-            plan.outcome = outcome(parts, plan, limited);
         } else if let Some(chosen) = chosen {
             let Chosen { judged, predicted, push } = chosen;
             plan.actions.push(PlannedAction {
@@ -263,12 +267,22 @@ impl ClearPlanner {
             parts.assess_all(scorer.as_mut(), &[&predicted], remaining, &mut found);
             let taken = take_in_turn(parts, scorer.as_mut(), &predicted, remaining, |_| enough, &mut found);
             list(plan, taken);
-            plan.outcome = outcome(parts, plan, limited);
-        } else if limited || stop.requested() {
-            plan.outcome = Outcome::Budget;
+        } else if stop.requested() {
+            ending.limit = ending.limit.take().or_else(|| Reason::limit(&budget, stop.reason()));
+        } else if ending.limit.is_none() {
+            ending.shown = self.nothing(remaining);
         }
         self.found = found;
+        left(parts, plan, ending);
         Ok(())
+    }
+
+    /// Why there is neither a grasp nor a push.
+    fn nothing(&self, remaining: Mask) -> Vec<Reason> {
+        let failed = remaining.iter().filter(|&body| self.demand[body] > 0.0).count() as u64;
+        let no_push = Reason::NoLegalPush { proposed: self.candidates.len() as u64 };
+        let pushes = self.recipe.rule.choice != PushChoice::Never;
+        std::iter::once(Reason::NoGrasp { failed }).chain(pushes.then_some(no_push)).collect()
     }
 
     /// The plan to take body after body where each scores `least` and what it has to.
@@ -284,7 +298,6 @@ impl ClearPlanner {
         let mut scorer = parts.scorer.scratch();
         let enough = |body: usize| least.max(self.demand[body]);
         list(plan, take_in_turn(parts, scorer.as_mut(), state, remaining, enough, found));
-        plan.outcome = outcome(parts, plan, false);
     }
 
     /// Every push that may be tried, in a random order; those of several lengths side by side.
@@ -310,6 +323,7 @@ impl ClearPlanner {
     }
 
     /// The push that promises most.
+    #[allow(clippy::too_many_arguments)]
     fn best_push(
         &mut self,
         parts: &ClearParts,
@@ -318,6 +332,7 @@ impl ClearPlanner {
         control: &Control,
         stop: &Stop,
         plan: &mut Plan,
+        ending: &mut Ending,
     ) -> Result<Option<Chosen>> {
         let mut pushes = self.sample(parts, state);
         let most = budget.iterations.map_or(usize::MAX, |n| usize::try_from(n).unwrap_or(usize::MAX));
@@ -350,7 +365,7 @@ impl ClearPlanner {
         let ranked = judging.ranked(&self.candidates);
         plan.considered = considered(&self.candidates, &ranked);
         if limited || sooner.requested() {
-            plan.outcome = Outcome::Budget;
+            ending.limit = Reason::limit(&budget, sooner.reason());
         }
         let Some(first) = ranked.first() else { return Ok(None) };
         if confirms && !stop.requested() {
@@ -405,13 +420,12 @@ fn list(plan: &mut Plan, taken: Vec<(Grasp, State)>) {
     }));
 }
 
-/// Solved if the plan leaves nothing to be taken. `limited` says that a limit was reached before all was tried.
-fn outcome(parts: &ClearParts, plan: &Plan, limited: bool) -> Outcome {
-    match plan.actions.last() {
-        Some(last) if parts.remaining(&last.predicted).is_empty() => Outcome::Solved,
-        _ if limited => Outcome::Budget,
-        _ => Outcome::Partial,
-    }
+/// Whether the plan leaves anything to be taken.
+fn left(parts: &ClearParts, plan: &Plan, ending: &mut Ending) {
+    let Some(last) = plan.actions.last() else { return };
+    let bodies = parts.remaining(&last.predicted).count() as u64;
+    ending.solved = bodies == 0;
+    ending.short.push(Reason::Left { bodies });
 }
 
 fn considered(candidates: &[Candidate], ranked: &[Judged]) -> Vec<RankedAction> {

@@ -1,7 +1,7 @@
 //! What a planner of rearrangements answers.
 
 use crate::action::Move;
-use crate::plan::{Outcome, PlanStatistics};
+use crate::plan::{Outcome, PlanStatistics, Reason};
 use crate::scene::State;
 
 /// One move of a plan with what the planner expects of it.
@@ -33,6 +33,8 @@ pub struct RankedMove {
 pub struct RearrangePlan {
     /// [`Solved`](Outcome::Solved) if the moves bring every body to its goal.
     pub outcome: Outcome,
+    /// Why it is not solved; empty for a plan that is, and for one that was cancelled.
+    pub reasons: Vec<Reason>,
     pub moves: Vec<PlannedMove>,
     /// Cost of all moves, metres; see [`MoveCosts::metres`](crate::action::MoveCosts::metres).
     pub cost: f64,
@@ -50,6 +52,7 @@ impl RearrangePlan {
     pub(crate) fn empty(outcome: Outcome, planner: &str, seed: u64) -> RearrangePlan {
         RearrangePlan {
             outcome,
+            reasons: Vec::new(),
             moves: Vec::new(),
             cost: 0.0,
             robot_seconds: 0.0,

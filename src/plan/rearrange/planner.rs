@@ -13,6 +13,7 @@ use super::table::Layout;
 use super::untangle::Worker;
 use crate::action::Move;
 use crate::error::Result;
+use crate::plan::reason::{Ending, Reason};
 use crate::plan::{Control, Outcome, PlanStatistics, Variant};
 use crate::run::{Budget, Key, Pool, Stop, StopReason};
 use crate::scene::{Rearrangement, State};
@@ -120,7 +121,7 @@ impl RearrangePlanner {
             self.decisions += 1;
             let (found, considered) = self.search(&mover, budget, seed, &stop, control)?;
             plan.considered = considered;
-            self.fill(&mut plan, &mover, found, &stop);
+            self.fill(&mut plan, &mover, found, &budget, &stop);
         }
         plan.statistics.seconds = stop.elapsed().as_secs_f64();
         Ok(plan)
@@ -243,7 +244,7 @@ impl RearrangePlanner {
     }
 
     /// Makes the plan of what was found.
-    fn fill(&mut self, plan: &mut RearrangePlan, mover: &Mover, found: Found, stop: &Stop) {
+    fn fill(&mut self, plan: &mut RearrangePlan, mover: &Mover, found: Found, budget: &Budget, stop: &Stop) {
         plan.statistics = PlanStatistics {
             iterations: found.attempts,
             nodes: found.attempts,
@@ -251,16 +252,14 @@ impl RearrangePlanner {
             no_plan_within: found.at_least.checked_sub(1).map(|moves| moves as u32),
             ..PlanStatistics::default()
         };
-        if cancelled(stop) {
-            plan.outcome = Outcome::Cancelled;
+        let limit = if found.settled { None } else { Reason::limit(budget, stop.reason()) };
+        let short = vec![Reason::NoPlanFound { most_moves: self.max_moves(mover) }];
+        let ending =
+            Ending { cancelled: cancelled(stop), solved: found.best.solved, limit, short, ..Ending::default() };
+        (plan.outcome, plan.reasons) = ending.conclude();
+        if plan.outcome == Outcome::Cancelled {
             return;
         }
-        plan.outcome = match (found.best.solved, found.best.moves.is_empty()) {
-            (true, _) => Outcome::Solved,
-            (false, true) => Outcome::Infeasible,
-            (false, false) if found.settled => Outcome::Partial,
-            (false, false) => Outcome::Budget,
-        };
         plan.cost = found.best.moves.iter().map(|action| mover.costs.metres(action)).sum();
         plan.robot_seconds = found.best.seconds;
         let mut predicted = mover.table.problem.start.clone();
