@@ -35,6 +35,7 @@ pub mod log;
 pub mod model;
 pub mod options;
 pub mod plan;
+mod plan_json;
 pub mod planner;
 pub mod progress;
 pub mod scene;

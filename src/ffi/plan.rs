@@ -8,9 +8,9 @@ use super::action::{c_action, c_move, jostle_action};
 use super::guard::{free, guard};
 use super::handle::{Kind, Object};
 use super::log::Log;
+use super::plan_json;
 use super::scene::Bodies;
 use super::status::{Failure, JOSTLE_ERROR_NOT_FOUND, Outcome, jostle_status};
-use crate::action::Move;
 use crate::error::Error;
 use crate::plan;
 use crate::plan::rearrange::RearrangePlan;
@@ -632,74 +632,12 @@ pub unsafe extern "C" fn jostle_plan_json(
 ) -> jostle_status {
     with("jostle_plan_json", plan, |plan| {
         let value = match &plan.made {
-            Made::Retrieval(made) => retrieval_json(made),
-            Made::Rearrangement(made) => rearrangement_json(made),
+            Made::Retrieval(made) => plan_json::retrieval(made),
+            Made::Rearrangement(made) => plan_json::rearrangement(made),
         };
         let text = serde_json::to_string(&value)
             .map_err(|e| Failure::from(Error::Internal(format!("a plan cannot be written: {e}"))))?;
         // SAFETY: the caller promises room for `capacity` characters.
         unsafe { fill_text(buffer, capacity, length, &text) }
-    })
-}
-
-fn reasons_json(reasons: &[plan::Reason]) -> Vec<plan::WrittenReason> {
-    reasons.iter().map(plan::WrittenReason::from).collect()
-}
-
-fn retrieval_json(p: &plan::Plan) -> serde_json::Value {
-    let steps: Vec<_> = p
-        .actions
-        .iter()
-        .map(|step| {
-            let poses: Vec<_> = step.predicted.iter().collect();
-            serde_json::json!({ "action": step.action, "value": step.value, "predicted": poses })
-        })
-        .collect();
-    let considered: Vec<_> = p
-        .considered
-        .iter()
-        .map(|r| {
-            serde_json::json!({
-                "action": r.action, "value": r.value, "best_return": r.best_return, "visits": r.visits,
-                "prior": r.prior, "solution_actions": r.solution_level, "success_chance": r.success_chance,
-                "expected_actions": r.expected_actions, "predicted": r.predicted.iter().collect::<Vec<_>>(),
-            })
-        })
-        .collect();
-    serde_json::json!({
-        "planner": p.planner, "seed": p.seed, "outcome": p.outcome, "reasons": reasons_json(&p.reasons),
-        "grasp_score": p.grasp_score,
-        "actions": steps, "considered": considered, "statistics": p.statistics,
-    })
-}
-
-fn move_json(action: &Move) -> serde_json::Value {
-    let kind = if matches!(action, Move::Drag { .. }) { "drag" } else { "pick_place" };
-    serde_json::json!({ "kind": kind, "body": action.body(), "poses": action.poses() })
-}
-
-fn rearrangement_json(p: &RearrangePlan) -> serde_json::Value {
-    let steps: Vec<_> = p
-        .moves
-        .iter()
-        .map(|step| {
-            let poses: Vec<_> = step.predicted.iter().collect();
-            serde_json::json!({ "action": move_json(&step.action), "value": step.value, "predicted": poses })
-        })
-        .collect();
-    let considered: Vec<_> = p
-        .considered
-        .iter()
-        .map(|r| {
-            serde_json::json!({
-                "action": move_json(&r.action), "value": r.value, "best_return": r.best_return, "visits": r.visits,
-                "prior": r.prior, "solution_actions": r.solution_level,
-            })
-        })
-        .collect();
-    serde_json::json!({
-        "planner": p.planner, "seed": p.seed, "outcome": p.outcome, "reasons": reasons_json(&p.reasons),
-        "cost": p.cost, "robot_seconds": p.robot_seconds,
-        "actions": steps, "considered": considered, "statistics": p.statistics,
     })
 }
