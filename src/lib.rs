@@ -1,13 +1,14 @@
 //! jostle: planning for robots that work in clutter.
 //!
 //! The map, in dependency order (`ARCHITECTURE.md` explains it; a test holds the code to it):
-//! `error` <- `geom` <- `scene` <- `action` <- `vision` <- {`physics`, `grasp`, `motion`} <- `plan` <- {`eval`, `record`}
+//! `error` <- `bounds` <- `geom` <- `scene` <- `action` <- `vision` <- {`physics`, `grasp`, `motion`} <- `plan` <- {`eval`, `record`}
 //! <- {`datagen`, `ffi`}.
 //! `search` and `run` stand aside: they know only `error`.
 
 #![deny(unsafe_code)]
 
 pub mod action;
+pub mod bounds;
 pub mod datagen;
 pub mod error;
 pub mod eval;

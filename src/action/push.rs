@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::bounds;
+use crate::error::Result;
 use crate::geom::{Obb, Vec2, vec2};
 use crate::scene::PushTip;
 
@@ -86,4 +88,24 @@ pub struct Grasp {
 pub enum Action {
     Push(Push),
     Grasp(Grasp),
+}
+
+impl Action {
+    /// Refuses what no arm can be told: places beyond the bounds of positions, numbers that are none.
+    pub fn validate(&self) -> Result<()> {
+        match self {
+            Action::Push(push) => {
+                bounds::POSITION.check_all("push.start", push.start)?;
+                bounds::POSITION.check_all("push.end", push.end)
+            }
+            Action::Grasp(grasp) => {
+                bounds::POSITION.check_all("grasp.position", grasp.position)?;
+                bounds::HEADING.check("grasp.angle", grasp.angle)?;
+                bounds::LOCAL.check("grasp.opening", grasp.opening)?;
+                bounds::LOCAL.check("grasp.width", grasp.width)?;
+                bounds::LOCAL.check("grasp.margin", grasp.margin)?;
+                bounds::LOCAL.check("grasp.score", grasp.score)
+            }
+        }
+    }
 }

@@ -112,6 +112,10 @@ pub fn run_trial(
             break TrialEnd::NoAction;
         }
         let problem = judge.observed_problem();
+        // Where it is seen beyond the edge by more than is taken as noise, there is no problem to give to a planner.
+        if problem.target_left() {
+            break TrialEnd::TargetLeft;
+        }
         let watch = Stop::never();
         let plan = policy.decide(&problem, control)?;
         let milliseconds = watch.elapsed().as_secs_f64() * 1e3 + noting;

@@ -180,6 +180,7 @@ impl Judge {
 
     /// Does it in the true world.
     pub fn execute(&mut self, action: &Action) -> Result<Effect> {
+        action.validate()?;
         match action {
             Action::Push(push) => self.push(push),
             Action::Grasp(grasp) => self.grasp(grasp),

@@ -14,12 +14,13 @@ use serde::{Deserialize, Serialize};
 
 use super::fidelity::Against;
 use crate::action::{ContourSampler, Push, PushSampler, SamplerScratch};
+use crate::bounds;
 use crate::error::{Error, Result};
 use crate::geom::{Footprint, Piece, Pose2, convex_hull, vec2};
 use crate::physics::{PushStatus, Stance, Transition};
 use crate::run::{Key, Stop};
 use crate::scene::generate::{Generator, GeneratorParams};
-use crate::scene::{BodyDef, Friction, Gripper, Problem, PushTip, Scene, SceneBuilder, State};
+use crate::scene::{BodyDef, Friction, Gripper, Problem, PushTip, Scene, SceneBuilder, State, check_pose};
 
 /// A case whose recordings are not planar (one block lies on another); left out.
 pub const NOT_PLANAR: &str = "testo09";
@@ -99,12 +100,20 @@ impl Recording {
         same("after", self.after.len())?;
         self.after_fresh.as_ref().map_or(Ok(()), |fresh| same("after_fresh", fresh.len()))?;
         self.before3d.as_ref().map_or(Ok(()), |poses| same("before3d", poses.len()))?;
-        let poses = self.before.iter().chain(&self.after).chain(self.after_fresh.iter().flatten());
-        let in_space = self.before3d.iter().flatten().flatten();
-        if !poses.flatten().chain(&self.push).chain(in_space).all(|v| v.is_finite()) {
-            return Err(Error::argument("recording", "holds a number that is not finite"));
+        bounds::POSITION.check_all("push", self.push)?;
+        let after_fresh = self.after_fresh.as_deref().unwrap_or_default();
+        for (field, poses) in [("before", &*self.before), ("after", &self.after), ("after_fresh", after_fresh)] {
+            for (i, at) in poses.iter().enumerate() {
+                check_pose(&format!("{field}[{i}]"), &pose(at))?;
+            }
         }
-        self.scene().map(|_| ())
+        for (i, values) in self.before3d.iter().flatten().enumerate() {
+            bounds::POSITION.check_all(&format!("before3d[{i}]"), *values)?;
+        }
+        self.scene()?.check_state(&self.state()).map_err(|error| match error {
+            Error::Argument { field, reason } => Error::argument(field.replacen("poses", "before", 1), reason),
+            other => other,
+        })
     }
 
     /// The scene of the recording: friction as in the recording simulator, centre of mass at the origin.

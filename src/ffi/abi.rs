@@ -4,7 +4,9 @@ use std::ffi::{CStr, CString, c_char};
 
 use super::handle::{self, Object};
 use super::status::{Failure, JOSTLE_ERROR_ABI, JOSTLE_ERROR_BUFFER, Outcome};
+use crate::error::Error;
 use crate::geom::Pose2;
+use crate::scene::check_pose;
 
 /// A point or a vector in the plane, metres. Frozen: never changes.
 #[repr(C)]
@@ -336,23 +338,24 @@ pub(super) fn boolean(value: u32, field: &str) -> Outcome<bool> {
     }
 }
 
-/// A caller's pose, finite.
+/// A caller's pose, as scenes may have it.
 pub(super) fn pose(value: jostle_pose2, field: &str) -> Outcome<Pose2> {
     let pose = Pose2::from(value);
-    if !pose.is_finite() {
-        return Err(Failure::argument(
-            field,
-            format!("is not finite (x {}, y {}, theta {})", pose.x, pose.y, pose.theta),
-        ));
-    }
-    // A state holds single precision; beyond this it could not tell millimetres apart.
-    if pose.x.abs() > 1e4 || pose.y.abs() > 1e4 || pose.theta.abs() > 1e6 {
-        return Err(Failure::argument(
-            field,
-            format!("is out of range (x {}, y {}, theta {}); within 10 km and 1e6 rad", pose.x, pose.y, pose.theta),
-        ));
-    }
+    check_pose(field, &pose).map_err(c_pose)?;
     Ok(pose)
+}
+
+/// Puts the C names of a pose's position in place of the library's.
+pub(super) fn c_pose(error: Error) -> Error {
+    match error {
+        Error::Argument { field, reason } => {
+            let c = ["x", "y"].into_iter().find_map(|axis| {
+                Some(format!("{}.p.{axis}", field.strip_suffix(&format!(".{axis}")).filter(|f| f.ends_with("pose"))?))
+            });
+            Error::Argument { field: c.unwrap_or(field), reason }
+        }
+        other => other,
+    }
 }
 
 #[cfg(test)]

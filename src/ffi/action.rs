@@ -108,30 +108,15 @@ pub(super) fn c_move(action: &Move, bodies: &Bodies) -> jostle_action {
 pub(super) unsafe fn read_action(action: *const jostle_action, bodies: &Bodies) -> Outcome<Action> {
     // SAFETY: as promised by the caller.
     let given = unsafe { read(action, "action") }?;
-    let finite = |field: &str, values: &[f64]| {
-        if values.iter().all(|v| v.is_finite()) { Ok(()) } else { Err(Failure::argument(field, "is not finite")) }
-    };
-    match given.kind {
+    let action = match given.kind {
         JOSTLE_ACTION_PUSH => {
             let push = given.push;
-            finite("action.push.start", &[push.start.x, push.start.y])?;
-            finite("action.push.end", &[push.end.x, push.end.y])?;
             let body = if given.body.id == 0 { None } else { Some(bodies.index(given.body, "action.body")?) };
-            Ok(Action::Push(Push { start: [push.start.x, push.start.y], end: [push.end.x, push.end.y], body }))
+            Action::Push(Push { start: [push.start.x, push.start.y], end: [push.end.x, push.end.y], body })
         }
         JOSTLE_ACTION_GRASP => {
             let grasp = given.grasp;
-            finite("action.grasp.position", &[grasp.position.x, grasp.position.y])?;
-            for (field, value) in [
-                ("angle", grasp.angle),
-                ("opening", grasp.opening),
-                ("width", grasp.width),
-                ("margin", grasp.margin),
-                ("score", grasp.score),
-            ] {
-                finite(&format!("action.grasp.{field}"), &[value])?;
-            }
-            Ok(Action::Grasp(Grasp {
+            Action::Grasp(Grasp {
                 body: bodies.index(given.body, "action.body")?,
                 position: [grasp.position.x, grasp.position.y],
                 angle: grasp.angle,
@@ -139,11 +124,15 @@ pub(super) unsafe fn read_action(action: *const jostle_action, bodies: &Bodies) 
                 width: grasp.width,
                 margin: grasp.margin,
                 score: grasp.score,
-            }))
+            })
         }
         JOSTLE_ACTION_PICK_PLACE | JOSTLE_ACTION_DRAG => {
-            Err(Failure::argument("action.kind", "is a move of a rearrangement, which has no place here"))
+            return Err(Failure::argument("action.kind", "is a move of a rearrangement, which has no place here"));
         }
-        kind => Err(Failure::argument("action.kind", format!("is {kind}; it must be a JOSTLE_ACTION_ value"))),
-    }
+        kind => {
+            return Err(Failure::argument("action.kind", format!("is {kind}; it must be a JOSTLE_ACTION_ value")));
+        }
+    };
+    action.validate().map_err(|error| error.within("action"))?;
+    Ok(action)
 }

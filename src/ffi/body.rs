@@ -3,12 +3,12 @@
 use std::ffi::c_char;
 
 use super::abi::{
-    Sized32, boolean, init_sized, jostle_pose2, jostle_vec2, optional_text, pose, read_sized, slice, text,
+    Sized32, boolean, c_pose, init_sized, jostle_pose2, jostle_vec2, optional_text, pose, read_sized, slice, text,
 };
 use super::guard::guard;
 use super::status::{Failure, Outcome, jostle_status};
 use crate::error::Error;
-use crate::geom::{CompoundPart, Pose2, Shape};
+use crate::geom::{CompoundPart, Pose2, Shape, check_corner_count};
 use crate::scene::{Body, BodyDef, library};
 
 /// What a shape is: one of the JOSTLE_SHAPE_ values.
@@ -32,12 +32,12 @@ pub struct jostle_shape_part {
     pub shape: jostle_shape,
     /// 0.
     pub reserved: u32,
-    /// In the body frame.
+    /// In the body frame, each coordinate in -10 to 10 m.
     pub pose: jostle_pose2,
-    /// Corners of a polygon, metres.
+    /// Corners of a polygon, metres: 3 to 4096 corners, each coordinate in -10 to 10 m.
     pub points: *const jostle_vec2,
     pub point_count: usize,
-    /// Of a disc, metres.
+    /// Of a disc, 6e-4 to 10 m.
     pub radius: f64,
 }
 
@@ -49,26 +49,27 @@ pub struct jostle_body_def {
     pub struct_size: u32,
     /// JOSTLE_SHAPE_POLYGON by default.
     pub shape: jostle_shape,
-    /// Where it is at first: (0, 0, 0) by default.
+    /// Where it is at first: (0, 0, 0) by default. Like every pose in the world, x and y lie in -100 to 100 m (poses are
+    /// stored in single precision: put the origin near the workspace) and theta in -1e6 to 1e6 rad.
     pub pose: jostle_pose2,
-    /// Corners of a polygon in the body frame, metres.
+    /// Corners of a polygon in the body frame, metres: 3 to 4096 corners, each coordinate in -10 to 10 m.
     pub points: *const jostle_vec2,
     pub point_count: usize,
-    /// Of a disc, metres.
+    /// Of a disc, 6e-4 to 10 m.
     pub radius: f64,
-    /// Parts of a compound.
+    /// Parts of a compound: 1 to 256 parts.
     pub parts: *const jostle_shape_part,
     pub part_count: usize,
     /// Name of a block of the library.
     pub block: *const c_char,
     /// Unique in its scene; null (the default) for "body N".
     pub name: *const c_char,
-    /// Metres, from the table up: 0.045 by default. A block has its own: leave height, mass, friction,
+    /// From the table up, 1e-4 to 10 m: 0.045 by default. A block has its own: leave height, mass, friction,
     /// centre_of_mass and inertia at their defaults.
     pub height: f64,
-    /// Kilograms: 0.1 by default.
+    /// 1e-9 to 1000 kg: 0.1 by default.
     pub mass: f64,
-    /// Coefficient of its surface, 0.5 by default; a contact uses the product of the two surfaces' coefficients.
+    /// Coefficient of its surface, 0 to 10: 0.5 by default; a contact uses the product of the two surfaces' coefficients.
     pub friction: f64,
     /// 1 (the default) if a grasp may take it.
     pub pickable: u32,
@@ -78,9 +79,10 @@ pub struct jostle_body_def {
     pub present: u32,
     /// 1 if `centre_of_mass` is given; 0 (the default) takes the centroid.
     pub has_centre_of_mass: u32,
-    /// In the body frame, metres.
+    /// In the body frame, each coordinate in -10 to 10 m.
     pub centre_of_mass: jostle_vec2,
-    /// About the centre of mass, kg m^2; 0 (the default) takes a uniform prism's.
+    /// About the centre of mass, kg m^2; 0 (the default) takes a uniform prism's. Its radius of gyration, the root of
+    /// inertia over mass, lies in 1e-4 to 10 m.
     pub inertia: f64,
 }
 
@@ -198,16 +200,14 @@ unsafe fn read_shape(given: &jostle_body_def) -> Outcome<Shape> {
     for (i, part) in parts.iter().enumerate() {
         let field = format!("def.parts[{i}]");
         shapes.push(CompoundPart {
-            pose: pose(part.pose, &format!("{field}.pose"))?,
+            // Checked with the shape: it lies in the body's frame, not in the world.
+            pose: part.pose.into(),
             // SAFETY: as promised by the caller of `read_def`.
             shape: unsafe { simple_shape(part.shape, part.points, part.point_count, part.radius, &field) }?,
         });
     }
     Ok(Shape::Compound(shapes))
 }
-
-/// More corners than any outline needs; a greater count is a mistake, and would be slow to refuse otherwise.
-const MAX_POINTS: usize = 4096;
 
 unsafe fn simple_shape(
     shape: jostle_shape,
@@ -218,12 +218,8 @@ unsafe fn simple_shape(
 ) -> Outcome<Shape> {
     match shape {
         JOSTLE_SHAPE_POLYGON | JOSTLE_SHAPE_CONVEX_POLYGON => {
-            if count > MAX_POINTS {
-                return Err(Failure::argument(
-                    &format!("{field}.point_count"),
-                    format!("is {count}; at most {MAX_POINTS}"),
-                ));
-            }
+            // Before that many are read.
+            check_corner_count(&format!("{field}.points"), count)?;
             // SAFETY: as promised by the caller of `read_def`.
             let points = unsafe { slice(points, count, &format!("{field}.points")) }?;
             let points = points.iter().map(|p| [p.x, p.y]).collect();
@@ -248,7 +244,7 @@ fn c_field(error: Error) -> Failure {
             .replace(".shape.compound", ".parts")
     };
     match error {
-        Error::Argument { field, reason } => Error::Argument { field: rename(field), reason }.into(),
+        Error::Argument { field, reason } => c_pose(Error::Argument { field: rename(field), reason }).into(),
         other => other.into(),
     }
 }

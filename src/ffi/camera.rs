@@ -346,7 +346,7 @@ pub unsafe extern "C" fn jostle_scene_add_image(
         let mut seen = Vec::with_capacity(shapes.bodies.len() + shapes.skipped.len());
         for found in &shapes.bodies {
             seen.push(jostle_seen_body {
-                body: whole.add(found.def.clone(), found.pose)?,
+                body: whole.add(found.def.clone(), found.pose, &format!("image.label {}", found.label))?,
                 pose: found.pose.into(),
                 label: found.label,
                 seen: JOSTLE_SEEN_BODY,

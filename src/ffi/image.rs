@@ -134,7 +134,7 @@ pub unsafe extern "C" fn jostle_scene_frame_around(
             crate::Error::Argument { field, reason } => Failure::argument(
                 match field.as_str() {
                     "frame.pixel" => "pixel",
-                    "frame.pose" => "heading",
+                    field if field.starts_with("frame.pose") => "heading",
                     _ => "side",
                 },
                 reason,

@@ -6,10 +6,11 @@ use super::abi::{Sized32, init_sized, jostle_vec2, out, read_sized, text, write_
 use super::guard::guard;
 use super::scene::{jostle_scene, with, with_mut};
 use super::status::{Failure, Outcome, jostle_status};
-use crate::error::check_range;
+use crate::bounds;
 use crate::scene::{Friction, Grasper, Gripper, LeaveRule, LeaveScope, PushTip, Workspace};
 
 /// The measures of a two-finger gripper: the closed fingers it pushes with, the jaw it grasps with. Metres and radians.
+/// Widths, thicknesses and the opening lie in 1e-4 to 10 m, free gaps (clearances, fit) in 0 to 0.1 m.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct jostle_gripper {
@@ -179,7 +180,8 @@ pub const JOSTLE_SCOPE_ALL_BODIES: jostle_leave_scope = 1;
 /// The target alone.
 pub const JOSTLE_SCOPE_TARGET_ONLY: jostle_leave_scope = 2;
 
-/// The rectangle that bodies must not leave, in the world frame.
+/// The rectangle that bodies must not leave, in the world frame: its sides are 0.001 to 200 m, its corners lie where
+/// poses may. The target of a problem must be in it, by the rule.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct jostle_workspace {
@@ -306,8 +308,8 @@ pub unsafe extern "C" fn jostle_scene_get_workspace(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn jostle_scene_set_friction(scene: *mut jostle_scene, ground: f64, tip: f64) -> jostle_status {
     with_mut("jostle_scene_set_friction", scene, |content| {
-        check_range("ground", ground, 0.0..=10.0)?;
-        check_range("tip", tip, 0.0..=10.0)?;
+        bounds::FRICTION.check("ground", ground)?;
+        bounds::FRICTION.check("tip", tip)?;
         content.friction = Friction { ground, tip };
         content.changed();
         Ok(())
@@ -346,7 +348,7 @@ pub unsafe extern "C" fn jostle_scene_get_friction(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn jostle_scene_set_overlap_tolerance(scene: *mut jostle_scene, metres: f64) -> jostle_status {
     with_mut("jostle_scene_set_overlap_tolerance", scene, |content| -> Outcome {
-        check_range("metres", metres, 0.0..=0.05)?;
+        bounds::OVERLAP.check("metres", metres)?;
         content.overlap_tolerance = metres;
         content.changed();
         Ok(())

@@ -17,8 +17,8 @@ use crate::error::Error;
 use crate::geom::Pose2;
 use crate::grasp::{GraspParams, GraspScratch, GraspTest};
 use crate::scene::{
-    BodyDef, Clearing, DEFAULT_OVERLAP_TOLERANCE, Friction, Goal, Gripper, MAX_BODIES, Problem, Rearrangement,
-    Scene as Model, SceneBuilder, State, Workspace,
+    Body, BodyDef, Clearing, DEFAULT_OVERLAP_TOLERANCE, Friction, Goal, Gripper, MAX_BODIES, Problem, Rearrangement,
+    Scene as Model, SceneBuilder, State, Workspace, check_pose,
 };
 
 /// What a robot knows of its table: bodies and where they are, gripper, workspace, friction. Opaque.
@@ -157,11 +157,13 @@ impl Content {
         self.grasps = OnceLock::new();
     }
 
-    /// Adds a body whose name, where it is taken, gets a number.
-    pub fn add(&mut self, mut def: BodyDef, pose: Pose2) -> Outcome<jostle_body> {
+    /// Adds a body whose name, where it is taken, gets a number. `field` is what errors call it.
+    pub fn add(&mut self, mut def: BodyDef, pose: Pose2, field: &str) -> Outcome<jostle_body> {
         if self.defs.len() == MAX_BODIES {
             return Err(Failure::argument("scene", format!("holds {MAX_BODIES} bodies, the most it can")));
         }
+        Body::new(def.clone()).map_err(|error| error.within(field))?;
+        check_pose(&format!("{field}.pose"), &pose)?;
         let name = def.name.clone();
         let mut number = 1;
         while self.defs.iter().any(|known| known.name == def.name) {

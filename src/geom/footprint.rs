@@ -7,10 +7,9 @@ use super::polygon::{
     area, area_moments, contains_point, convex_hull, disc_polygon, edges, intersection_area, is_convex, is_simple,
 };
 use super::pose::{Pose2, Vec2, vec2};
-use crate::error::{Error, Result, check_positive};
+use crate::bounds;
+use crate::error::{Error, Result};
 
-/// Least area of a shape: a square millimetre.
-const MIN_AREA: f64 = 1e-6;
 /// Corners that stand for a disc where corners are needed (outlines, areas).
 const DISC_CORNERS: usize = 32;
 /// How far a corner may lie inside the hull and the polygon still counts as convex, metres.
@@ -93,9 +92,6 @@ impl Footprint {
     pub fn new(shape: Shape) -> Result<Footprint> {
         let mut parts = Vec::new();
         collect_parts(&shape, &Pose2::IDENTITY, "shape", 0, &mut parts)?;
-        if parts.is_empty() {
-            return Err(Error::argument("shape.compound", "has no parts; give at least one"));
-        }
         let total: f64 = parts.iter().map(|p| p.area).sum();
         let centroid = parts.iter().map(|p| p.centroid * p.area).sum::<Vec2>() / total;
         let second: f64 = parts.iter().map(|p| p.second + p.area * (p.centroid - centroid).norm_squared()).sum();
@@ -107,6 +103,7 @@ impl Footprint {
                 Piece::Disc { centre, radius } => centre.norm() + radius,
             })
             .fold(0.0, f64::max);
+        bounds::REACH.check("shape", radius)?;
         let outlines = parts.iter().map(|p| p.outline.clone()).collect();
         Ok(Footprint {
             shape,
@@ -226,17 +223,11 @@ struct Part {
 }
 
 fn collect_parts(shape: &Shape, pose: &Pose2, field: &str, depth: usize, out: &mut Vec<Part>) -> Result<()> {
-    if !pose.is_finite() {
-        return Err(Error::argument(format!("{field}.pose"), "is not finite"));
-    }
     match shape {
         Shape::Disc { radius } => {
-            check_positive(&format!("{field}.disc.radius"), *radius)?;
+            bounds::RADIUS.check(&format!("{field}.disc.radius"), *radius)?;
             let centre = pose.position();
             let area = std::f64::consts::PI * radius * radius;
-            if area < MIN_AREA {
-                return Err(Error::argument(format!("{field}.disc.radius"), "is too small: the disc has under 1 mm^2"));
-            }
             out.push(Part {
                 pieces: vec![Piece::Disc { centre, radius: *radius }],
                 outline: disc_polygon(centre, *radius, DISC_CORNERS),
@@ -251,28 +242,47 @@ fn collect_parts(shape: &Shape, pose: &Pose2, field: &str, depth: usize, out: &m
             if depth > 8 {
                 return Err(Error::argument(field, "compounds are nested more than 8 deep"));
             }
+            let count = out.len() + parts.len();
+            if !(bounds::PARTS.least..=bounds::PARTS.greatest).contains(&(count as f64)) {
+                let reason = format!("has {count} parts; a compound has {}", bounds::PARTS.range());
+                return Err(Error::argument(format!("{field}.compound"), reason));
+            }
             for (i, part) in parts.iter().enumerate() {
-                collect_parts(
-                    &part.shape,
-                    &pose.compose(&part.pose),
-                    &format!("{field}.compound[{i}]"),
-                    depth + 1,
-                    out,
-                )?;
+                let field = format!("{field}.compound[{i}]");
+                bounds::LOCAL.check(&format!("{field}.pose.x"), part.pose.x)?;
+                bounds::LOCAL.check(&format!("{field}.pose.y"), part.pose.y)?;
+                bounds::HEADING.check(&format!("{field}.pose.theta"), part.pose.theta)?;
+                collect_parts(&part.shape, &pose.compose(&part.pose), &field, depth + 1, out)?;
             }
         }
     }
     Ok(())
 }
 
-fn polygon_part(points: &[[f64; 2]], pose: &Pose2, field: &str, must_be_convex: bool) -> Result<Part> {
-    if points.len() < 3 {
-        return Err(Error::argument(field, format!("has {} corners; a polygon needs at least 3", points.len())));
+/// Refuses too few or too many corners of a polygon; asked before the corners themselves are read.
+pub(crate) fn check_corner_count(field: &str, count: usize) -> Result<()> {
+    let [least, most] = [bounds::CORNERS.least, bounds::CORNERS.greatest];
+    if (least..=most).contains(&(count as f64)) {
+        return Ok(());
     }
+    Err(Error::argument(field, format!("has {count} corners; a polygon has {least} to {most}")))
+}
+
+/// The least distance between two parallel lines that hold the points between them; that of the hull, at an edge of it.
+fn width(points: &[Vec2]) -> f64 {
+    let hull = convex_hull(points);
+    edges(&hull)
+        .map(|(p, q)| {
+            let across = vec2(p.y - q.y, q.x - p.x).normalize();
+            hull.iter().map(|r| across.dot(&(r - p)).abs()).fold(0.0, f64::max)
+        })
+        .fold(f64::INFINITY, f64::min)
+}
+
+fn polygon_part(points: &[[f64; 2]], pose: &Pose2, field: &str, must_be_convex: bool) -> Result<Part> {
+    check_corner_count(field, points.len())?;
     for (i, p) in points.iter().enumerate() {
-        if !(p[0].is_finite() && p[1].is_finite()) {
-            return Err(Error::argument(format!("{field}[{i}]"), "is not finite"));
-        }
+        bounds::LOCAL.check_all(&format!("{field}[{i}]"), *p)?;
         let q = points[(i + 1) % points.len()];
         if (p[0] - q[0]).hypot(p[1] - q[1]) < 1e-7 {
             return Err(Error::argument(format!("{field}[{i}]"), "coincides with the next corner; remove one of them"));
@@ -291,9 +301,13 @@ fn polygon_part(points: &[[f64; 2]], pose: &Pose2, field: &str, must_be_convex: 
     let frame = pose.frame();
     let mut outline: Vec<Vec2> = local.iter().map(|&p| frame.point(p)).collect();
     let (a, centroid, second) = area_moments(&outline);
-    if a < MIN_AREA {
-        return Err(Error::argument(field, format!("has an area of {a:.3e} m^2; at least 1 mm^2 is needed")));
-    }
+    // A polygon that is nearly a line has no hull to measure.
+    let said = |what: String, bound: bounds::Bound| {
+        move |_| Error::argument(field, format!("{what}; it must lie in {} ({})", bound.range(), bound.why))
+    };
+    bounds::AREA.check(field, a).map_err(said(format!("has an area of {a:.3e} m^2"), bounds::AREA))?;
+    let wide = width(&outline);
+    bounds::WIDTH.check(field, wide).map_err(said(format!("is {wide:.3e} m wide"), bounds::WIDTH))?;
     let convex = is_convex(&outline, CONVEX_SLACK);
     if must_be_convex && !convex {
         return Err(Error::argument(field, "is not convex; use a `polygon`, which is split into convex pieces"));

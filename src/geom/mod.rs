@@ -14,8 +14,8 @@ mod pose;
 pub use apart::footprints_apart;
 pub use clearance::{Obb, piece_gap, pieces_gap, pieces_gap_below};
 pub use decompose::convex_pieces;
-pub(crate) use footprint::corners;
 pub use footprint::{CompoundPart, Footprint, Piece, Shape};
+pub(crate) use footprint::{check_corner_count, corners};
 pub use polygon::{
     area, area_moments, clip_convex, contains_point, convex_hull, intersection_area, is_convex, is_simple,
 };

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::hedge;
 use super::recipe::recipe;
 use crate::action::SamplerParams;
+use crate::bounds;
 use crate::error::{Error, Result, check_range};
 use crate::grasp::check_scorer;
 use crate::net::Model;
@@ -197,7 +198,7 @@ impl PlannerOptions {
         check_range("grasp.execute_score", self.grasp.execute_score, 0.0..=1.0)?;
         check_range("grasp.solved_score", self.grasp.solved_score, 0.0..=1.0)?;
         if let Some(length) = self.push_length {
-            check_range("push_length", length, 0.005..=0.5)?;
+            bounds::PUSH_LENGTH.check("push_length", length)?;
         }
         if let Some(lanes) = self.lanes {
             check_range("lanes", lanes as f64, 1.0..=65536.0)?;

@@ -195,9 +195,11 @@ fn prefixed(error: Error, line: &str) -> Error {
 /// An error about a pose as one about the line it comes from.
 fn on_its_line(error: Error, line_of: &[usize]) -> Error {
     if let Error::Argument { field, reason } = &error {
-        let index = field.strip_prefix("poses[").and_then(|rest| rest.split(']').next()).and_then(|i| i.parse().ok());
+        let found = field.strip_prefix("poses[").and_then(|rest| rest.split_once(']'));
+        let index = found.and_then(|(index, _)| index.parse().ok());
         if let Some(line) = index.and_then(|i: usize| line_of.get(i)) {
-            return Error::argument(format!("line {line}"), reason.clone());
+            let column = found.map_or("", |(_, column)| column).replace('.', ": ");
+            return Error::argument(format!("line {line}{column}"), reason.clone());
         }
     }
     error

@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Error, Result, check_positive, check_range};
+use crate::bounds;
+use crate::error::{Error, Result};
 use crate::geom::{Footprint, Shape, Vec2, vec2};
 
 /// Greatest number of bodies in a scene: the width of a [`super::Mask`].
@@ -75,6 +76,22 @@ impl BodyDef {
     }
 }
 
+/// An inertia is possible for a mass if its radius of gyration is.
+fn check_inertia(inertia: f64, mass: f64) -> Result<()> {
+    let gyration = bounds::GYRATION;
+    gyration.check("inertia", (inertia / mass).sqrt()).map_err(|_| {
+        let [least, greatest] = [gyration.least, gyration.greatest].map(|radius| mass * radius * radius);
+        Error::argument(
+            "inertia",
+            format!(
+                "is {inertia:e}; with a mass of {mass} kg it must lie in {least:e} to {greatest:e} kg m^2, which is a radius \
+                 of gyration of {}",
+                gyration.range()
+            ),
+        )
+    })
+}
+
 /// A body made ready for use.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Body {
@@ -99,16 +116,13 @@ impl Body {
     /// Checks the definition and prepares it. Errors name the field of the definition.
     pub fn new(def: BodyDef) -> Result<Body> {
         let footprint = Footprint::new(def.shape)?;
-        check_positive("height", def.height)?;
-        check_positive("mass", def.mass)?;
-        check_range("friction", def.friction, 0.0..=10.0)?;
-        let centre_of_mass = match def.centre_of_mass {
-            Some([x, y]) if x.is_finite() && y.is_finite() => vec2(x, y),
-            Some(_) => return Err(Error::argument("centre_of_mass", "is not finite")),
-            None => footprint.centroid,
-        };
+        bounds::HEIGHT.check("height", def.height)?;
+        bounds::MASS.check("mass", def.mass)?;
+        bounds::FRICTION.check("friction", def.friction)?;
+        let centre_of_mass = def.centre_of_mass.map_or(footprint.centroid, |[x, y]| vec2(x, y));
+        bounds::LOCAL.check_all("centre_of_mass", [centre_of_mass.x, centre_of_mass.y])?;
         if let Some(inertia) = def.inertia {
-            check_positive("inertia", inertia)?;
+            check_inertia(inertia, def.mass)?;
         }
         let about = footprint.gyration_squared + (centre_of_mass - footprint.centroid).norm_squared();
         Ok(Body {

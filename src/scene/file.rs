@@ -14,7 +14,7 @@ use super::gripper::Gripper;
 use super::json::{one_line, path_at, place_of};
 use super::library;
 use super::rearrangement::{Goal, Rearrangement};
-use super::state::{BodyPose, State};
+use super::state::{BodyPose, State, check_pose};
 use super::workspace::Workspace;
 use super::world::{Friction, Problem, Scene, SceneBuilder};
 use crate::error::{Error, Result};
@@ -206,10 +206,7 @@ impl SceneFile {
         let mut builder = SceneBuilder::new();
         let mut state = State::new(self.bodies.iter().map(|b| b.pose));
         for (i, body) in self.bodies.iter().enumerate() {
-            // A state stores single precision, which an absurdly large number does not fit.
-            if !state.pose(i).is_finite() {
-                return Err(Error::argument(format!("bodies[{i}].pose"), "is too large"));
-            }
+            check_pose(&format!("bodies[{i}].pose"), &body.pose)?;
             builder.add_body(body.def(i)?)?;
             if !body.present {
                 state.set_present(i, false);

@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Error, Result, check_positive, check_range};
+use crate::bounds;
+use crate::error::{Error, Result, check_range};
 
 /// The closed fingers as a rectangular push tip. Metres.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -111,15 +112,15 @@ impl Gripper {
 
     /// Checks every measure; errors name the field.
     pub fn validate(&self) -> Result<()> {
-        check_positive("gripper.push.width", self.push.width)?;
-        check_positive("gripper.push.thickness", self.push.thickness)?;
-        check_range("gripper.push.clearance", self.push.clearance, 0.0..=0.1)?;
+        bounds::FINGER.check("gripper.push.width", self.push.width)?;
+        bounds::FINGER.check("gripper.push.thickness", self.push.thickness)?;
+        bounds::GAP.check("gripper.push.clearance", self.push.clearance)?;
         let g = &self.grasp;
-        check_positive("gripper.grasp.opening", g.opening)?;
-        check_positive("gripper.grasp.finger_width", g.finger_width)?;
-        check_positive("gripper.grasp.finger_thickness", g.finger_thickness)?;
-        check_range("gripper.grasp.finger_clearance", g.finger_clearance, 0.0..=0.1)?;
-        check_range("gripper.grasp.fit", g.fit, 0.0..=0.1)?;
+        bounds::FINGER.check("gripper.grasp.opening", g.opening)?;
+        bounds::FINGER.check("gripper.grasp.finger_width", g.finger_width)?;
+        bounds::FINGER.check("gripper.grasp.finger_thickness", g.finger_thickness)?;
+        bounds::GAP.check("gripper.grasp.finger_clearance", g.finger_clearance)?;
+        bounds::GAP.check("gripper.grasp.fit", g.fit)?;
         check_range("gripper.grasp.pad_edge", g.pad_edge, 0.0..=g.finger_width / 2.0)?;
         check_range("gripper.grasp.min_cover", g.min_cover, 0.0..=g.finger_width)?;
         check_range("gripper.grasp.max_wedge", g.max_wedge, 0.0..=std::f64::consts::FRAC_PI_2)?;

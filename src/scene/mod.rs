@@ -27,7 +27,7 @@ pub use clearing::Clearing;
 pub use file::{AnyProblem, SCENE_VERSION};
 pub use gripper::{Grasper, Gripper, PushTip};
 pub use rearrangement::{CONTACT_SLACK, Goal, PLACE_SLACK, Rearrangement};
-pub use state::{BodyPose, Mask, State};
+pub use state::{BodyPose, Mask, State, check_pose};
 pub use uncertainty::Uncertainty;
 pub use workspace::{LeaveRule, LeaveScope, Workspace};
 pub use world::{DEFAULT_OVERLAP_TOLERANCE, Friction, Problem, Scene, SceneBuilder};

@@ -6,9 +6,10 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::body::Body;
-use super::state::State;
+use super::state::{State, check_pose};
 use super::world::Scene;
-use crate::error::{Error, Result, check_range};
+use crate::bounds;
+use crate::error::{Error, Result};
 use crate::geom::{Pose2, Shape, normalize_angle, pieces_gap_below};
 
 /// Two bodies that share no more than this depth touch and do not overlap, metres. States store single precision: on
@@ -80,12 +81,10 @@ impl Goal {
 
     /// Refuses numbers that cannot be used, by the field's name.
     pub fn validate(&self) -> Result<()> {
-        if !self.pose.is_finite() {
-            return Err(Error::argument("pose", "is not finite"));
-        }
-        check_range("position_tolerance", self.position_tolerance, 0.0..=1.0)?;
-        check_range("rotation_tolerance", self.rotation_tolerance, 0.0..=TAU)?;
-        check_range("symmetry", f64::from(self.symmetry), 0.0..=64.0)
+        check_pose("pose", &self.pose)?;
+        bounds::POSITION_TOLERANCE.check("position_tolerance", self.position_tolerance)?;
+        bounds::ROTATION_TOLERANCE.check("rotation_tolerance", self.rotation_tolerance)?;
+        bounds::SYMMETRY.check("symmetry", f64::from(self.symmetry))
     }
 }
 

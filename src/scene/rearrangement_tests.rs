@@ -68,7 +68,7 @@ fn problems_without_a_solution_are_refused_by_the_name_of_the_field() {
         (refused(&scene, [at(0.04, 0.1), there], [None, None]), "poses[0]: `a` reaches 10.0 mm out"),
         (refused(&scene, apart, [Some(at(0.77, 0.1)), None]), "goals[0]: `a` reaches 40.0 mm out"),
         (refused(&scene, apart, [Some(at(0.5, 0.1)), Some(at(0.59, 0.1))]), "goals[1]: `b` overlaps `a` by 10.00"),
-        (refused(&scene, apart, [Some(at(f64::NAN, 0.1)), None]), "goals[0].pose: is not finite"),
+        (refused(&scene, apart, [Some(at(f64::NAN, 0.1)), None]), "goals[0].pose.x: is NaN"),
     ];
     for (error, wanted) in cases {
         assert!(error.starts_with(wanted), "{error}\n{wanted}");

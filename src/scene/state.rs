@@ -1,5 +1,7 @@
 //! Where the bodies are: all that a search node holds of the world.
 
+use crate::bounds;
+use crate::error::Result;
 use crate::geom::{Pose2, normalize_angle};
 
 /// A body's pose as stored: three floats.
@@ -18,9 +20,24 @@ pub struct BodyPose {
 /// the other end of the turn when it is read back.
 const GREATEST_ANGLE: f32 = 3.141_592_5;
 
+/// Refuses a pose that a state cannot hold well enough. Asks of x and y what single precision makes of them, so that
+/// what is stored is judged as what was given.
+pub fn check_pose(field: &str, pose: &Pose2) -> Result<()> {
+    for (axis, value) in [("x", pose.x), ("y", pose.y)] {
+        if !(bounds::POSITION.least..=bounds::POSITION.greatest).contains(&f64::from(value as f32)) {
+            bounds::POSITION.check(&format!("{field}.{axis}"), value)?;
+        }
+    }
+    bounds::HEADING.check(&format!("{field}.theta"), pose.theta)
+}
+
 impl From<Pose2> for BodyPose {
     #[inline]
     fn from(p: Pose2) -> Self {
+        // What is refused stays refused when it is stored.
+        if !(bounds::HEADING.least..=bounds::HEADING.greatest).contains(&p.theta) {
+            return BodyPose { x: p.x as f32, y: p.y as f32, theta: f32::NAN };
+        }
         let theta = (normalize_angle(p.theta) as f32).clamp(-GREATEST_ANGLE, GREATEST_ANGLE);
         BodyPose { x: p.x as f32, y: p.y as f32, theta }
     }

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::bounds;
 use crate::error::{Error, Result};
 use crate::geom::{Footprint, Pose2, Vec2, vec2};
 
@@ -59,15 +60,15 @@ impl Workspace {
     pub fn validate(&self) -> Result<()> {
         for (axis, name) in ["x", "y"].into_iter().enumerate() {
             let (lo, hi) = (self.min[axis], self.max[axis]);
-            if !(lo.is_finite() && hi.is_finite()) {
-                return Err(Error::argument(format!("workspace.{name}"), "is not finite"));
-            }
+            bounds::POSITION.check(&format!("workspace.min.{name}"), lo)?;
+            bounds::POSITION.check(&format!("workspace.max.{name}"), hi)?;
             if hi <= lo {
                 return Err(Error::argument(
                     format!("workspace.{name}"),
                     format!("max {hi} must be greater than min {lo}"),
                 ));
             }
+            bounds::SIDE.check(&format!("workspace.{name}"), hi - lo)?;
         }
         Ok(())
     }
@@ -79,9 +80,14 @@ impl Workspace {
 
     /// The body has not left, by the workspace's rule.
     pub fn holds(&self, footprint: &Footprint, pose: &Pose2) -> bool {
+        self.room(footprint, pose) >= 0.0
+    }
+
+    /// How far the body is from leaving, by the workspace's rule, metres; negative by as much as it has left.
+    pub fn room(&self, footprint: &Footprint, pose: &Pose2) -> f64 {
         match self.leave_rule {
-            LeaveRule::Centre => self.inset(pose.position()) >= 0.0,
-            LeaveRule::Footprint => self.margin(footprint, pose) >= 0.0,
+            LeaveRule::Centre => self.inset(pose.position()),
+            LeaveRule::Footprint => self.margin(footprint, pose),
         }
     }
 

@@ -6,10 +6,12 @@ use serde::{Deserialize, Serialize};
 
 use super::body::{Body, BodyDef, MAX_BODIES};
 use super::gripper::Gripper;
-use super::state::{Mask, State};
-use super::workspace::{LeaveScope, Workspace};
-use crate::error::{Error, Result, check_range};
-use crate::geom::pieces_gap_below;
+use super::rearrangement::CONTACT_SLACK;
+use super::state::{Mask, State, check_pose};
+use super::workspace::{LeaveRule, LeaveScope, Workspace};
+use crate::bounds;
+use crate::error::{Error, Result};
+use crate::geom::{Pose2, pieces_gap_below};
 
 /// How far two bodies may overlap before a state is refused, metres. Cameras see touching bodies overlap a little;
 /// engines push such bodies apart by no more than the overlap.
@@ -99,10 +101,10 @@ impl SceneBuilder {
         }
         self.gripper.validate()?;
         self.workspace.validate()?;
-        check_range("friction.ground", self.friction.ground, 0.0..=10.0)?;
-        check_range("friction.tip", self.friction.tip, 0.0..=10.0)?;
+        bounds::FRICTION.check("friction.ground", self.friction.ground)?;
+        bounds::FRICTION.check("friction.tip", self.friction.tip)?;
         let overlap_tolerance = self.overlap_tolerance.unwrap_or(DEFAULT_OVERLAP_TOLERANCE);
-        check_range("overlap_tolerance", overlap_tolerance, 0.0..=0.05)?;
+        bounds::OVERLAP.check("overlap_tolerance", overlap_tolerance)?;
         Ok(Scene {
             bodies: self.bodies,
             gripper: self.gripper,
@@ -172,7 +174,7 @@ impl Scene {
         scene
     }
 
-    /// Refuses a state that does not fit the scene: wrong count, not finite, or bodies that overlap too far.
+    /// Refuses a state that does not fit the scene: wrong count, out of bounds, or bodies that overlap too far.
     pub fn check_state(&self, state: &State) -> Result<()> {
         if state.len() != self.len() {
             return Err(Error::argument(
@@ -180,10 +182,8 @@ impl Scene {
                 format!("has {} poses for {} bodies; give one for each", state.len(), self.len()),
             ));
         }
-        for (i, pose) in state.iter() {
-            if !pose.is_finite() {
-                return Err(Error::argument(format!("poses[{i}]"), "is not finite"));
-            }
+        for (i, pose) in state.poses().iter().enumerate() {
+            check_pose(&format!("poses[{i}]"), &Pose2::from(*pose))?;
         }
         for (i, pi) in state.iter() {
             for (j, pj) in state.iter().filter(|(j, _)| *j > i) {
@@ -231,11 +231,17 @@ pub struct Problem {
 }
 
 impl Problem {
-    /// Checks that the state fits the scene and that the target is there and can be grasped.
+    /// Checks that the state fits the scene and that the target is there, in the workspace, and can be grasped.
     pub fn new(name: impl Into<String>, scene: Arc<Scene>, state: State, target: usize) -> Result<Problem> {
         let problem = Problem { name: name.into(), scene, state, target };
         problem.validate()?;
         Ok(problem)
+    }
+
+    /// The target is there and beyond the workspace by more than measuring noise: [`Problem::new`] refuses it.
+    pub fn target_left(&self) -> bool {
+        let pose = self.state.is_present(self.target).then(|| self.state.pose(self.target));
+        pose.is_some_and(|pose| check_inside(&self.scene, self.scene.body(self.target), &pose).is_err())
     }
 
     /// What [`Problem::new`] checks, for a problem whose fields were changed since.
@@ -245,7 +251,7 @@ impl Problem {
     }
 }
 
-/// Refuses a target that does not exist, is not present or may not be grasped.
+/// Refuses a target that does not exist, is not present, may not be grasped or has left the workspace.
 pub(crate) fn check_target(scene: &Scene, state: &State, target: usize) -> Result<()> {
     let body = scene.bodies().get(target).ok_or_else(|| {
         Error::not_found("target", format!("there is no body {target}; the scene has {}", scene.len()))
@@ -255,6 +261,36 @@ pub(crate) fn check_target(scene: &Scene, state: &State, target: usize) -> Resul
     }
     if !body.pickable {
         return Err(Error::argument("target", format!("`{}` is not pickable; set its flag", body.name)));
+    }
+    check_inside(scene, body, &state.pose(target))
+}
+
+/// Refuses a target that has left the workspace by its rule: no planner would bring it back. As with overlaps, measuring
+/// noise is allowed for.
+fn check_inside(scene: &Scene, body: &Body, pose: &Pose2) -> Result<()> {
+    let workspace = scene.workspace();
+    let outside = -workspace.room(&body.footprint, pose);
+    if outside > scene.overlap_tolerance().max(CONTACT_SLACK) {
+        let [min, max] = [workspace.min, workspace.max];
+        return Err(Error::argument(
+            "target",
+            format!(
+                "`{}` at ({:.3}, {:.3}) m {} by {:.1} mm, which goes from ({}, {}) to ({}, {}) m; move the body, or enlarge \
+                 the workspace",
+                body.name,
+                pose.x,
+                pose.y,
+                match workspace.leave_rule {
+                    LeaveRule::Centre => "lies outside of the workspace",
+                    LeaveRule::Footprint => "reaches out of the workspace",
+                },
+                outside * 1e3,
+                min[0],
+                min[1],
+                max[0],
+                max[1]
+            ),
+        ));
     }
     Ok(())
 }

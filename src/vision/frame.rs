@@ -1,9 +1,10 @@
 //! Where an image lies over the table.
 
 use crate::action::Push;
-use crate::error::{Error, Result, check_positive};
+use crate::bounds;
+use crate::error::{Error, Result};
 use crate::geom::{Pose2, Vec2, vec2};
-use crate::scene::{Body, Scene, State};
+use crate::scene::{Body, Scene, State, check_pose};
 
 /// Greatest number of rows and of columns of an image.
 pub const MAX_SIDE: usize = 16_384;
@@ -48,10 +49,8 @@ impl Frame {
 
     /// Refuses a frame that is not finite, has no pixels or more than [`MAX_SIDE`] on a side.
     pub fn validate(&self) -> Result<()> {
-        if !self.pose.is_finite() {
-            return Err(Error::argument("frame.pose", "is not finite"));
-        }
-        check_positive("frame.pixel", self.pixel)?;
+        check_pose("frame.pose", &self.pose)?;
+        bounds::PIXEL.check("frame.pixel", self.pixel)?;
         for (name, side) in [("frame.rows", self.rows), ("frame.cols", self.cols)] {
             if !(1..=MAX_SIDE).contains(&side) {
                 return Err(Error::argument(name, format!("is {side}; it must lie in 1..={MAX_SIDE}")));
@@ -115,7 +114,7 @@ mod tests {
             (Frame { pixel: f64::NAN, ..good }, "frame.pixel"),
             (Frame { rows: 0, ..good }, "frame.rows"),
             (Frame { cols: MAX_SIDE + 1, ..good }, "frame.cols"),
-            (Frame { pose: Pose2::new(f64::NAN, 0.0, 0.0), ..good }, "frame.pose"),
+            (Frame { pose: Pose2::new(f64::NAN, 0.0, 0.0), ..good }, "frame.pose.x"),
         ] {
             let error = frame.validate().unwrap_err().to_string();
             assert!(error.starts_with(&format!("{field}: ")), "{error}");

@@ -4,8 +4,9 @@ use super::image::Image;
 use super::pixel_map::PixelMap;
 use super::regions::{Region, RegionFinder};
 use super::simplify::{Simple, simplify};
+use crate::bounds;
 use crate::error::{Error, Result, check_positive, check_range};
-use crate::geom::{Footprint, Pose2, Shape};
+use crate::geom::{Footprint, Pose2, Shape, area_moments};
 use crate::scene::{BodyDef, SceneBuilder};
 
 /// What to do with a region that reaches the image's border: its body may go on beyond it.
@@ -122,9 +123,9 @@ impl ShapeOptions {
         check_range("min_area", self.min_area, 0.0..=1.0)?;
         check_range("height_quantile", self.height_quantile, 0.0..=1.0)?;
         check_positive("height_quantile", self.height_quantile)?;
-        check_positive("body.height", self.body.height)?;
-        check_positive("body.mass", self.body.mass)?;
-        check_range("body.friction", self.body.friction, 0.0..=10.0)
+        bounds::HEIGHT.check("body.height", self.body.height)?;
+        bounds::MASS.check("body.mass", self.body.mass)?;
+        bounds::FRICTION.check("body.friction", self.body.friction)
     }
 }
 
@@ -201,22 +202,23 @@ impl ShapeFinder {
                 None => return skip(SkipReason::NoHeight),
             },
         };
+        if bounds::HEIGHT.check("height", height).is_err() {
+            return skip(SkipReason::NoHeight);
+        }
         let outline = region.outline();
         let tolerance = options.tolerance * region.pixel;
         let simple = simplify(&outline, region.centroid, region.area, tolerance, options.discs);
         let Some((simple, off)) = simple else { return skip(SkipReason::NoOutline) };
-        let shape = match &simple {
-            Simple::Disc { radius, .. } => Shape::Disc { radius: *radius },
-            Simple::Polygon(corners) => Shape::Polygon(corners.iter().map(|p| [p.x, p.y]).collect()),
-        };
-        let Ok(footprint) = Footprint::new(shape) else { return skip(SkipReason::NoOutline) };
         let (shape, centre) = match simple {
-            Simple::Disc { centre, .. } => (footprint.shape, centre),
+            Simple::Disc { centre, radius } => (Shape::Disc { radius }, centre),
             Simple::Polygon(corners) => {
-                let centre = footprint.centroid;
+                let (_, centre, _) = area_moments(&corners);
                 (Shape::Polygon(corners.iter().map(|p| [p.x - centre.x, p.y - centre.y]).collect()), centre)
             }
         };
+        if Footprint::new(shape.clone()).is_err() {
+            return skip(SkipReason::NoOutline);
+        }
         let mut def = BodyDef { shape, height, ..options.body.clone() };
         def.name = format!("label {}", region.label);
         shapes.bodies.push(FoundBody {

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Error, Result, check_positive, check_range};
+use crate::error::{Error, Result, check_range};
 use crate::geom::{Vec2, vec2};
 use crate::scene::{PushTip, Workspace};
 
@@ -210,8 +210,8 @@ impl SamplerParams {
         }
         check_range("sampler.strip", self.strip, 0.0..=1.0)?;
         check_range("sampler.stand_off", self.stand_off, 0.0..=1.0)?;
-        check_positive("sampler.length", self.length)?;
-        check_positive("sampler.travel", self.travel)?;
+        check_range("sampler.length", self.length, 1e-4..=10.0)?;
+        check_range("sampler.travel", self.travel, 1e-4..=10.0)?;
         check_range("sampler.start_inset", self.start_inset, 0.0..=10.0)?;
         if let Some(inset) = self.end_inset {
             check_range("sampler.end_inset", inset, 0.0..=10.0)?;
@@ -235,8 +235,8 @@ impl SamplerParams {
             StartBox::Tip { clearance: Some(c) } => check_range("sampler.start_box.tip.clearance", c, 0.0..=1.0)?,
             StartBox::Tip { clearance: None } => {}
             StartBox::Fixed { along, across } => {
-                check_positive("sampler.start_box.fixed.along", along)?;
-                check_positive("sampler.start_box.fixed.across", across)?;
+                check_range("sampler.start_box.fixed.along", along, 1e-4..=10.0)?;
+                check_range("sampler.start_box.fixed.across", across, 1e-4..=10.0)?;
             }
         }
         match self.region {

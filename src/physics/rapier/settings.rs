@@ -116,7 +116,7 @@ impl RapierSettings {
         check_range("physics.speed", self.speed, 1e-3..=10.0)?;
         check_range("physics.solver_iterations", self.solver_iterations as f64, 1.0..=1000.0)?;
         check_range("physics.sweeps", self.sweeps as f64, 1.0..=1000.0)?;
-        check_positive("physics.length_unit", self.length_unit)?;
+        check_range("physics.length_unit", self.length_unit, 1e-4..=100.0)?;
         check_positive("physics.contact_frequency", self.contact_frequency)?;
         check_positive("physics.contact_damping", self.contact_damping)?;
         check_range("physics.prediction", self.prediction, 0.0..=0.1)?;

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::greedy::{Recipe, recipe};
 use crate::action::SamplerParams;
+use crate::bounds;
 use crate::error::{Error, Result, check_range};
 use crate::grasp::check_scorer;
 use crate::net::Model;
@@ -209,7 +210,7 @@ impl ClearOptions {
         check_range("grasp.execute_score", self.grasp.execute_score, 0.0..=1.0)?;
         check_range("grasp.solved_score", self.grasp.solved_score, 0.0..=1.0)?;
         if let Some(length) = self.push_length {
-            check_range("push_length", length, 0.005..=0.5)?;
+            bounds::PUSH_LENGTH.check("push_length", length)?;
         }
         check_range("threads", self.threads as f64, 0.0..=1024.0)?;
         let Recipe { rule, scorer, .. } = recipe(self)?;
