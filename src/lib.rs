@@ -1,7 +1,7 @@
 //! jostle: planning for robots that work in clutter.
 //!
 //! The map, in dependency order (`ARCHITECTURE.md` explains it; a test holds the code to it):
-//! `error` <- `bounds` <- `geom` <- `scene` <- `action` <- `vision` <- {`physics`, `grasp`, `motion`} <- `plan` <- {`eval`, `record`}
+//! `error` <- {`bounds`, `files`} <- `geom` <- `scene` <- `action` <- `vision` <- {`physics`, `grasp`, `motion`} <- `plan` <- {`eval`, `record`}
 //! <- {`datagen`, `ffi`}.
 //! `search` and `run` stand aside: they know only `error`.
 
@@ -14,6 +14,7 @@ pub mod error;
 pub mod eval;
 #[allow(unsafe_code)]
 pub mod ffi;
+pub mod files;
 pub mod geom;
 pub mod grasp;
 pub mod motion;

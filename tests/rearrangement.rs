@@ -14,7 +14,7 @@ use jostle::geom::{Pose2, Shape, vec2};
 use jostle::plan::rearrange::{REARRANGE_PLANNERS, RearrangeOptions, RearrangePlan, RearrangePlanner};
 use jostle::plan::{Control, Outcome, Variant};
 use jostle::run::{Budget, CancelToken, Progress};
-use jostle::scene::{BodyDef, Goal, Rearrangement, SceneBuilder, State, Workspace, trlb};
+use jostle::scene::{BodyDef, Goal, Rearrangement, SceneBuilder, State, Workspace};
 use random_rearrangements::random_problem;
 
 fn at(x: f64, y: f64) -> Pose2 {
@@ -276,7 +276,8 @@ fn arrangements_of_trlb_are_solved_with_few_moves() {
     ];
     for (folder, most) in cases {
         let Some(path) = shared(&format!("cases/trlb/{folder}")) else { return };
-        let problems = trlb::read_folder(path).unwrap();
+        let problems = jostle::eval::Problems::open(&path, None).unwrap().rearrangements;
+        assert!(!problems.is_empty());
         let mut moves = 0;
         for problem in &problems {
             let plan = solve(problem, options("untangle", 3000));

@@ -15,6 +15,7 @@ use serde_json::Value;
 use super::shapes::ShapeFamily;
 use super::tensors::{Tensor, file, sha256};
 use crate::error::{Error, Result, check_range};
+use crate::files::{self, json};
 use crate::run::{Key, Pool, Stop};
 
 /// The name of the manifest in its folder.
@@ -171,7 +172,7 @@ pub(super) fn make<T: Task>(
         statistics: Statistics::new(),
     };
     let found = read(folder, &manifest)?;
-    write(&folder.join(SHAPES), &shapes)?;
+    files::write(folder.join(SHAPES), &shapes)?;
 
     let pool = Pool::new(params.threads, "jostle-data")?;
     let workers: Result<Vec<_>> = (0..pool.workers()).map(|_| task.worker().map(Mutex::new)).collect();
@@ -191,7 +192,7 @@ pub(super) fn make<T: Task>(
                 };
                 let notes = [("format", manifest.format.clone()), ("jostle", manifest.jostle.clone())];
                 let bytes = file(task.tensors(rows), &notes);
-                write(&path, &bytes)?;
+                files::write(&path, &bytes)?;
                 ShardEntry { file: name, count: wanted, sha256: sha256(&bytes), statistics }
             }
         };
@@ -281,8 +282,7 @@ fn read(folder: &Path, wanted: &Manifest) -> Result<Vec<ShardEntry>> {
     if !path.exists() {
         return Ok(Vec::new());
     }
-    let text = fs::read_to_string(&path).map_err(|e| Error::io(&path, e))?;
-    let found: Manifest = serde_json::from_str(&text).map_err(|e| Error::format(&path, e))?;
+    let found: Manifest = json::read(&path, "manifest")?;
     let same = Manifest { count: found.count, shards: Vec::new(), statistics: Statistics::new(), ..wanted.clone() };
     let there = Manifest { shards: Vec::new(), statistics: Statistics::new(), ..found.clone() };
     if same != there {
@@ -306,12 +306,5 @@ fn write_manifest(folder: &Path, manifest: &Manifest) -> Result<()> {
     let mut text =
         serde_json::to_string_pretty(manifest).map_err(|e| Error::Internal(format!("the manifest as JSON: {e}")))?;
     text.push('\n');
-    write(&folder.join(MANIFEST), text.as_bytes())
-}
-
-/// Writes a file whole or not at all.
-fn write(path: &Path, bytes: &[u8]) -> Result<()> {
-    let part = path.with_extension("part");
-    fs::write(&part, bytes).map_err(|e| Error::io(&part, e))?;
-    fs::rename(&part, path).map_err(|e| Error::io(path, e))
+    files::write(folder.join(MANIFEST), text)
 }

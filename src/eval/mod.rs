@@ -17,6 +17,7 @@ mod closed_loop;
 pub mod clutter;
 mod crosscheck;
 mod fidelity;
+mod folder;
 mod judge;
 mod metrics;
 mod rearrange;
@@ -36,6 +37,7 @@ pub use clear::{
 pub use closed_loop::{ClosedLoopOptions, DEFAULT_MAX_ACTIONS, Event, Policy, run_case, run_trial};
 pub use crosscheck::{Crosscheck, CrosscheckRow, crosscheck};
 pub use fidelity::{Against, AllAgreement, Fidelity, MOVED_POSITION, MOVED_ROTATION, MovedAgreement, compare};
+pub use folder::{Problems, Refused};
 pub use judge::{Judge, JudgeOptions};
 pub use metrics::{CaseReport, Decision, Effect, Mean, Spread, Total, Trial, TrialEnd};
 pub use rearrange::{
@@ -46,6 +48,4 @@ pub use recording::{
     RecordParams, RecordedShape, RecordedTip, Recording, read as read_recordings, record, to_lines as recording_lines,
 };
 pub use report::{BudgetReport, Configuration, Report, run_suite};
-pub use suite::{
-    Refused, Suite, is_original, max_actions, needs_push, needs_pushes, push_travel, read_problem, with_gripper,
-};
+pub use suite::{Suite, max_actions, needs_push, needs_pushes, push_travel, read_problem, retrieval_of, with_gripper};

@@ -16,6 +16,7 @@ use super::fidelity::Against;
 use crate::action::{ContourSampler, Push, PushSampler, SamplerScratch};
 use crate::bounds;
 use crate::error::{Error, Result};
+use crate::files::{self, json};
 use crate::geom::{Footprint, Piece, Pose2, convex_hull, vec2};
 use crate::physics::{PushStatus, Stance, Transition};
 use crate::run::{Key, Stop};
@@ -63,17 +64,18 @@ pub struct RecordedShape {
     pub izz: f64,
 }
 
-/// Reads a recording file. Errors name the line.
+/// Reads a recording file. Errors name the field, line and column.
 pub fn read(path: &Path) -> Result<Vec<Recording>> {
-    parse(path, &std::fs::read_to_string(path).map_err(|e| Error::io(path, e))?)
+    parse(path, &files::read_text(path)?)
 }
 
 pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<Recording>> {
     let mut recordings = Vec::new();
     for (i, line) in text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
-        let recording: Recording =
-            serde_json::from_str(line).map_err(|e| Error::format(path, format!("line {}: {e}", i + 1)))?;
-        recording.check().map_err(|e| Error::format(path, format!("line {}: {e}", i + 1)))?;
+        // A line is a document of its own: its place in the file is a matter of counting on.
+        let placed = |error| Error::format(path, json::on_line(error, i + 1));
+        let recording: Recording = json::parse(line, "recording").map_err(placed)?;
+        recording.check().map_err(|e| placed(json::located(line, e)))?;
         recordings.push(recording);
     }
     if recordings.is_empty() {
@@ -110,19 +112,25 @@ impl Recording {
         for (i, values) in self.before3d.iter().flatten().enumerate() {
             bounds::POSITION.check_all(&format!("before3d[{i}]"), *values)?;
         }
-        self.scene()?.check_state(&self.state()).map_err(|error| match error {
-            Error::Argument { field, reason } => Error::argument(field.replacen("poses", "before", 1), reason),
+        let renamed = |error| match error {
+            Error::Argument { field, reason } => {
+                let field = field.replacen("poses[", "before[", 1).replacen("bodies[", "shapes[", 1);
+                let field = field.replace("gripper.push.width", "tip.w").replace("gripper.push.thickness", "tip.t");
+                Error::argument(field.replace(".inertia", ".izz").replace(".shape.compound", ".pieces"), reason)
+            }
             other => other,
-        })
+        };
+        self.scene().and_then(|scene| scene.check_state(&self.state())).map_err(renamed)
     }
 
     /// The scene of the recording: friction as in the recording simulator, centre of mass at the origin.
     pub fn scene(&self) -> Result<Scene> {
         let mut builder = SceneBuilder::new();
-        for shape in &self.shapes {
+        for (i, shape) in self.shapes.iter().enumerate() {
             // Rounding of the recorded corners may have bent a straight edge inwards: hence the hulls.
             let hull = |piece: &Vec<[f64; 2]>| convex_hull(&piece.iter().map(|p| vec2(p[0], p[1])).collect::<Vec<_>>());
-            let footprint = Footprint::from_convex_pieces(shape.pieces.iter().map(hull).collect())?;
+            let footprint = Footprint::from_convex_pieces(shape.pieces.iter().map(hull).collect())
+                .map_err(|error| error.within(&format!("bodies[{i}]")))?;
             builder.add_body(BodyDef {
                 mass: shape.mass,
                 friction: 0.5,
@@ -327,6 +335,36 @@ mod tests {
         let angle: f64 = std::f64::consts::FRAC_PI_4 - 0.002;
         let side = stance(&[0.0, 0.0, 0.03, angle.sin(), 0.0, 0.0, angle.cos()], 0.045);
         assert!((side.lean[0] + 0.004).abs() < 1e-9 && side.rise == 0.0, "{side:?}");
+    }
+
+    /// Line, column and field of what is wrong, whichever line it stands in.
+    #[test]
+    fn what_is_wrong_with_a_recording_has_its_field_and_place() {
+        let engine = |scene| physics::engine(&PhysicsOptions::preset("fast"), scene);
+        let made = record(&RecordParams { count: 3, ..RecordParams::default() }, &engine, &mut |_| true).unwrap();
+        let lines: Vec<String> = to_lines(&made).unwrap().lines().map(str::to_owned).collect();
+        let key = |name: &str| format!("\"{name}\":");
+        for (at, name, bad, wanted) in [
+            (0, "izz", "1e300", "shapes[0].izz: is 1e300; with a mass of"),
+            (1, "mass", "-1", "shapes[0].mass: is -1; it must lie in 1e-9 to 1000 kg"),
+            (1, "mass", "\"x\"", "shapes[0].mass: invalid type: string \"x\", expected f64"),
+            (2, "w", "0", "tip.w: is 0; it must lie in 1e-4 to 10 m"),
+            (2, "push", "[1,2,3,4e9],\"x\":0", "push: is 4e9; it must lie in -100 to 100 m"),
+        ] {
+            let mut spoilt = lines.clone();
+            let start = spoilt[at].find(&key(name)).unwrap() + key(name).len();
+            let length = if name == "push" {
+                spoilt[at][start..].find(']').unwrap() + 1
+            } else {
+                spoilt[at][start..].find([',', '}']).unwrap()
+            };
+            spoilt[at].replace_range(start..start + length, bad);
+            let error = parse(Path::new("a.jsonl"), &spoilt.join("\n")).unwrap_err().to_string();
+            assert!(error.starts_with(&format!("a.jsonl: {wanted}")), "{error}");
+            let column = if bad.starts_with('"') { start + bad.len() } else { start + 1 };
+            let place = format!("(line {}, column {column})", at + 1);
+            assert!(error.ends_with(&place), "{error}\n{place}");
+        }
     }
 
     #[test]

@@ -3,9 +3,10 @@
 use serde::Serialize;
 
 use super::closed_loop::{ClosedLoopOptions, Event, run_case};
+use super::folder::Refused;
 use super::judge::JudgeOptions;
 use super::metrics::{CaseReport, Total};
-use super::suite::{Refused, Suite};
+use super::suite::Suite;
 use crate::error::Result;
 use crate::physics::PhysicsOptions;
 use crate::plan::{Control, Variant};

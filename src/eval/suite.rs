@@ -1,17 +1,16 @@
 //! Suites of problems: a folder, a file, or problems generated on the spot.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
-use serde::{Deserialize, Serialize};
-
 use super::closed_loop::DEFAULT_MAX_ACTIONS;
+use super::folder::{Problems, Refused};
 use crate::error::{Error, Result};
 use crate::grasp::{GraspParams, GraspScratch, GraspTest};
 use crate::plan::{Control, GraspDecision, Planner, PlannerOptions};
-use crate::scene::arc::{self, ArcOptions, ArcProfile};
+use crate::scene::arc::{ArcOptions, ArcProfile};
 use crate::scene::generate::{Generator, GeneratorParams};
-use crate::scene::{Gripper, Problem};
+use crate::scene::{AnyProblem, Gripper, Input, Problem};
 
 /// Actions after which a trial of an original test case fails. PMBS stops after 16; MORE has no cap, and a generous one
 /// stands for it.
@@ -26,13 +25,6 @@ pub fn max_actions(profile: ArcProfile) -> usize {
 /// its command; here a push travels what it says), 0.05 m in PMBS.
 pub fn push_travel(profile: ArcProfile) -> f64 {
     profile.push_length()
-}
-
-/// A case that could not be read.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Refused {
-    pub name: String,
-    pub reason: String,
 }
 
 /// Problems to be tried, by name.
@@ -56,25 +48,20 @@ impl Suite {
             suite.profile = profile;
             return Ok(suite);
         }
-        let path = Path::new(spec);
-        let meta = std::fs::metadata(path).map_err(|e| Error::io(path, e))?;
-        let files = if meta.is_dir() { scene_files(path)? } else { vec![path.to_path_buf()] };
-        if files.is_empty() {
-            return Err(Error::format(path, "holds no scenes; a suite is a folder of .json or .txt files"));
+        let mut problems = Problems::open(Path::new(spec), profile)?;
+        let single = problems.refused.is_empty() && !Path::new(spec).is_dir();
+        problems.keep(0);
+        match problems.refused.first() {
+            // One file that is asked for by name is an error of its own.
+            Some(refused) if single => Err(Error::argument("suite", refused.reason.clone())),
+            _ => Ok(Suite::of(spec, problems)),
         }
-        let mut suite = Suite { name: spec.to_string(), problems: Vec::new(), refused: Vec::new(), profile };
-        for file in files {
-            if is_original(&file) {
-                suite.profile.get_or_insert_with(|| ArcProfile::of_path(&file));
-            }
-            match read_problem(&file, profile) {
-                Ok(problem) => suite.problems.push(problem),
-                // One file that is asked for by name is an error of its own.
-                Err(error) if !meta.is_dir() => return Err(error),
-                Err(error) => suite.refused.push(Refused { name: stem(&file), reason: error.to_string() }),
-            }
-        }
-        Ok(suite)
+    }
+
+    /// The retrieval problems among these.
+    pub fn of(name: &str, problems: Problems) -> Suite {
+        let Problems { retrievals: problems, refused, profile, .. } = problems;
+        Suite { name: name.to_owned(), problems, refused, profile }
     }
 
     /// `count` random problems, none of which is solved by a grasp alone.
@@ -113,12 +100,18 @@ pub fn with_gripper(problem: &Problem, gripper: &Gripper) -> Result<Problem> {
     Ok(Problem { scene: Arc::new(builder.build()?), ..problem.clone() })
 }
 
-/// Reads a scene file, or an original test case where the name ends in `.txt`.
+/// Reads a retrieval problem: a scene file or an original test case, as the content says.
 pub fn read_problem(path: &Path, profile: Option<ArcProfile>) -> Result<Problem> {
-    if !is_original(path) {
-        return Problem::read(path);
+    retrieval_of(&Input::read(path)?, profile)
+}
+
+/// The retrieval problem that an input holds.
+pub fn retrieval_of(input: &Input, profile: Option<ArcProfile>) -> Result<Problem> {
+    match input.problem(ArcOptions { profile, ..ArcOptions::default() })? {
+        AnyProblem::Retrieval(problem) => Ok(problem),
+        AnyProblem::Rearrangement(_) => Err(input.error("is a rearrangement; here a retrieval problem is needed")),
+        AnyProblem::Clearing(_) => Err(input.error("is a table to be cleared; here a retrieval problem is needed")),
     }
-    Ok(arc::read(path, ArcOptions { profile, ..ArcOptions::default() })?.problem)
 }
 
 /// The target cannot be grasped as the problem stands, or not well enough for a planner to do so by default.
@@ -141,28 +134,6 @@ pub fn needs_pushes(problem: &Problem, pushes: u32, push_length: f64) -> Result<
     let options = PlannerOptions { sampler, push_length: Some(push_length), ..PlannerOptions::default() };
     let plan = Planner::new(options.search_only(pushes - 1)?)?.solve(problem, &Control::default())?;
     Ok(plan.statistics.no_plan_within.is_some_and(|tried| tried >= pushes - 1))
-}
-
-/// Whether the file is one of the originals' test cases, by its name.
-pub fn is_original(path: &Path) -> bool {
-    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("txt"))
-}
-
-fn stem(path: &Path) -> String {
-    path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default()
-}
-
-/// The scenes of a folder by name.
-fn scene_files(folder: &Path) -> Result<Vec<PathBuf>> {
-    let mut files = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(|e| Error::io(folder, e))? {
-        let path = entry.map_err(|e| Error::io(folder, e))?.path();
-        if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")) || is_original(&path) {
-            files.push(path);
-        }
-    }
-    files.sort();
-    Ok(files)
 }
 
 /// `N[:SEED]`.

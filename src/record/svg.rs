@@ -8,7 +8,8 @@ use std::path::Path;
 use super::drawing::{Drawing, DrawnAction, DrawnBody, Outline, Role};
 use super::xml::{Anchor, Canvas, escape, number, wrap};
 use crate::action::Action;
-use crate::error::{Error, Result};
+use crate::error::Result;
+use crate::files;
 use crate::geom::{Obb, Vec2};
 use crate::scene::{Problem, Scene, State};
 
@@ -127,8 +128,7 @@ impl SvgPicture {
 
     /// Writes the picture to a file.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<()> {
-        let path = path.as_ref();
-        std::fs::write(path, self.render()).map_err(|e| Error::io(path, e))
+        files::write(path, self.render())
     }
 
     /// The picture as an SVG document.

@@ -148,5 +148,5 @@ fn a_picture_is_written_to_a_file() {
     picture.labels(Labels::Name).write(&path).unwrap();
     assert_eq!(std::fs::read_to_string(&path).unwrap(), picture.render());
     std::fs::remove_file(&path).unwrap();
-    assert!(matches!(picture.write("/no/such/folder/x.svg"), Err(Error::Io { .. })));
+    assert!(matches!(picture.write("/no/such/folder/x.svg"), Err(crate::Error::Io { .. })));
 }

@@ -19,6 +19,7 @@ use super::state::State;
 use super::workspace::Workspace;
 use super::world::{Friction, Problem, SceneBuilder};
 use crate::error::{Error, Result};
+use crate::files;
 use crate::geom::{Pose2, vec2};
 
 /// How high the lowest point of a body may be above the table, or below it, metres. The files hold blocks that float
@@ -110,10 +111,13 @@ impl ArcCase {
 /// Reads a case file.
 pub fn read(path: impl AsRef<Path>, options: ArcOptions) -> Result<ArcCase> {
     let path = path.as_ref();
-    let text = std::fs::read_to_string(path).map_err(|e| Error::io(path, e))?;
-    let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+    of_text(path, &files::read_text(path)?, options)
+}
+
+/// A case file whose text was read.
+pub(super) fn of_text(path: &Path, text: &str, options: ArcOptions) -> Result<ArcCase> {
     let profile = options.profile.unwrap_or_else(|| ArcProfile::of_path(path));
-    parse(&text, &name, profile, options.convention).map_err(|e| Error::format(path, e))
+    parse(text, &files::stem(path), profile, options.convention).map_err(|e| Error::format(path, e))
 }
 
 /// Reads the text of a case file. Errors name the line, counted from 1, and the column.

@@ -11,13 +11,14 @@ use serde::{Deserialize, Deserializer, Serialize, de};
 use super::body::BodyDef;
 use super::clearing::Clearing;
 use super::gripper::Gripper;
-use super::json::{one_line, path_at, place_of};
 use super::library;
 use super::rearrangement::{Goal, Rearrangement};
 use super::state::{BodyPose, State, check_pose};
 use super::workspace::Workspace;
 use super::world::{Friction, Problem, Scene, SceneBuilder};
 use crate::error::{Error, Result};
+use crate::files::json::{located, one_line as json, parse};
+use crate::files::{self, without_mark};
 use crate::geom::{Pose2, Shape};
 
 /// The version of the format that this library writes, and the only one it reads.
@@ -288,45 +289,22 @@ struct Versioned {
     version: Option<u64>,
 }
 
-/// A parser's complaint with the path of the field.
-fn parse<'de, T: Deserialize<'de>>(text: &'de str) -> Result<T> {
-    serde_json::from_str(text).map_err(|e| {
-        let path = path_at(text, e.line(), e.column());
-        let mut reason = e.to_string();
-        // serde_json says the place at the end; here it is said as everywhere else.
-        if let Some(cut) = reason.rfind(" at line ") {
-            reason.truncate(cut);
-        }
-        let field = if path.is_empty() { "scene".to_owned() } else { path };
-        Error::argument(field, format!("{reason} (line {}, column {})", e.line(), e.column()))
-    })
-}
+/// What a scene's document is called where no field is.
+const WHOLE: &str = "scene";
 
-/// Adds to an error about a field where in the text it stands.
-fn located(text: &str, error: Error) -> Error {
-    let place = |field: String, reason: String| {
-        // The state's poses are written with the bodies.
-        let of_body = |list: &str, entry: &str| {
-            let (index, rest) = field.strip_prefix(list)?.strip_prefix('[')?.split_once(']')?;
-            Some(format!("bodies[{index}].{entry}{rest}"))
-        };
-        let field = of_body("poses", "pose").or_else(|| of_body("goals", "goal")).unwrap_or(field);
-        match place_of(text, &field) {
-            Some((line, column)) => (field, format!("{reason} (line {line}, column {column})")),
-            None => (field, reason),
-        }
+/// An error with its place in the file, where the poses and goals of a problem are written with the bodies.
+fn placed(text: &str, error: Error) -> Error {
+    let of_body = |field: &str, list: &str, entry: &str| {
+        let (index, rest) = field.strip_prefix(list)?.strip_prefix('[')?.split_once(']')?;
+        Some(format!("bodies[{index}].{entry}{rest}"))
     };
-    match error {
-        Error::Argument { field, reason } => {
-            let (field, reason) = place(field, reason);
-            Error::Argument { field, reason }
-        }
-        Error::NotFound { field, reason } => {
-            let (field, reason) = place(field, reason);
-            Error::NotFound { field, reason }
-        }
+    let rename =
+        |field: String| of_body(&field, "poses", "pose").or_else(|| of_body(&field, "goals", "goal")).unwrap_or(field);
+    let error = match error {
+        Error::Argument { field, reason } => Error::Argument { field: rename(field), reason },
         other => other,
-    }
+    };
+    located(text, error)
 }
 
 /// A pose whose numbers are the shortest that give the stored ones again.
@@ -348,11 +326,6 @@ fn check_finite(state: &State) -> Result<()> {
     Ok(())
 }
 
-/// A value on one line.
-fn json<T: Serialize + ?Sized>(value: &T) -> Result<String> {
-    one_line(value).map_err(|e| Error::Internal(format!("a scene could not be written as JSON: {e}")))
-}
-
 /// The bodies of a scene with their poses, one a line.
 fn body_lines(scene: &Scene, state: &State, goals: &[Option<Goal>]) -> Result<String> {
     let lines: Result<Vec<String>> = scene
@@ -369,27 +342,30 @@ fn body_lines(scene: &Scene, state: &State, goals: &[Option<Goal>]) -> Result<St
     Ok(lines?.join(",\n"))
 }
 
+/// Reads a file by `of`. A problem without a name is named after the file.
+fn read_named<T>(path: &Path, of: impl Fn(&str) -> Result<T>, name: impl Fn(&mut T) -> &mut String) -> Result<T> {
+    let mut problem = of(&files::read_text(path)?).map_err(|e| Error::format(path, e))?;
+    let name = name(&mut problem);
+    if name.is_empty() {
+        *name = files::stem(path);
+    }
+    Ok(problem)
+}
+
 impl Problem {
     /// Reads a scene file. A file that gives no name is named after itself.
     pub fn read(path: impl AsRef<Path>) -> Result<Problem> {
-        let path = path.as_ref();
-        let text = std::fs::read_to_string(path).map_err(|e| Error::io(path, e))?;
-        let mut problem = Problem::from_json(&text).map_err(|e| Error::format(path, e))?;
-        if problem.name.is_empty() {
-            problem.name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
-        }
-        Ok(problem)
+        read_named(path.as_ref(), Problem::from_json, |problem| &mut problem.name)
     }
 
     /// Writes a scene file; what is read back is equal bit for bit.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<()> {
-        let path = path.as_ref();
-        std::fs::write(path, self.to_json()?).map_err(|e| Error::io(path, e))
+        files::write(path, self.to_json()?)
     }
 
     /// Reads the text of a scene file. Errors name the field, and the line and column where it stands.
     pub fn from_json(text: &str) -> Result<Problem> {
-        checked(text)?.problem().map_err(|e| located(text, e))
+        document(text, SceneFile::problem)
     }
 
     /// The text of a scene file.
@@ -417,7 +393,7 @@ impl Problem {
 
     /// [`with_poses`](Self::with_poses) from JSON: `[{"x": 0.5, "y": 0, "theta": 0}, null, ...]`.
     pub fn with_poses_json(&self, text: &str) -> Result<Problem> {
-        let poses: Vec<Option<Pose2>> = parse(text).map_err(|e| match e {
+        let poses: Vec<Option<Pose2>> = parse(text, "poses").map_err(|e| match e {
             Error::Argument { field, reason } if field.starts_with('[') => {
                 Error::Argument { field: format!("poses{field}"), reason }
             }
@@ -428,16 +404,22 @@ impl Problem {
     }
 }
 
+/// Makes something of the text of a file; errors name the field and its place.
+fn document<T>(text: &str, make: impl FnOnce(SceneFile) -> Result<T>) -> Result<T> {
+    let text = without_mark(text).unwrap_or(text);
+    make(checked(text)?).map_err(|e| placed(text, e))
+}
+
 /// Parses a file after looking at its version.
 fn checked(text: &str) -> Result<SceneFile> {
-    let version = match parse::<Versioned>(text)?.version {
+    let version = match parse::<Versioned>(text, WHOLE)?.version {
         Some(SCENE_VERSION) => None,
         Some(other) => Some(format!("is {other}; this library reads version {SCENE_VERSION}")),
         None => Some(format!("is missing; write `\"version\": {SCENE_VERSION}`")),
     };
     match version {
         Some(reason) => Err(located(text, Error::argument("version", reason))),
-        None => parse::<SceneFile>(text),
+        None => parse::<SceneFile>(text, WHOLE),
     }
 }
 
@@ -468,59 +450,49 @@ pub enum AnyProblem {
 }
 
 impl AnyProblem {
-    /// Reads a scene file. A file that gives no name is named after itself.
-    pub fn read(path: impl AsRef<Path>) -> Result<AnyProblem> {
-        let path = path.as_ref();
-        let text = std::fs::read_to_string(path).map_err(|e| Error::io(path, e))?;
-        let mut problem = AnyProblem::from_json(&text).map_err(|e| Error::format(path, e))?;
-        let name = match &mut problem {
+    pub(super) fn name_mut(&mut self) -> &mut String {
+        match self {
             AnyProblem::Retrieval(problem) => &mut problem.name,
             AnyProblem::Rearrangement(problem) => &mut problem.name,
             AnyProblem::Clearing(problem) => &mut problem.name,
-        };
-        if name.is_empty() {
-            *name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
         }
-        Ok(problem)
+    }
+
+    /// Reads a scene file. A file that gives no name is named after itself.
+    pub fn read(path: impl AsRef<Path>) -> Result<AnyProblem> {
+        read_named(path.as_ref(), AnyProblem::from_json, AnyProblem::name_mut)
     }
 
     /// Reads the text of a scene file: a clearing if it says so, a rearrangement if a body has a goal, else a retrieval
     /// problem.
     pub fn from_json(text: &str) -> Result<AnyProblem> {
-        let file = checked(text)?;
-        let rearranges = file.bodies.iter().any(|body| body.goal.is_some());
-        let problem = if file.clear {
-            file.clearing().map(AnyProblem::Clearing)
-        } else if rearranges {
-            file.rearrangement().map(AnyProblem::Rearrangement)
-        } else {
-            file.problem().map(AnyProblem::Retrieval)
-        };
-        problem.map_err(|e| located(text, e))
+        document(text, |file| {
+            let rearranges = file.bodies.iter().any(|body| body.goal.is_some());
+            if file.clear {
+                file.clearing().map(AnyProblem::Clearing)
+            } else if rearranges {
+                file.rearrangement().map(AnyProblem::Rearrangement)
+            } else {
+                file.problem().map(AnyProblem::Retrieval)
+            }
+        })
     }
 }
 
 impl Rearrangement {
     /// Reads a scene file with goals. A file that gives no name is named after itself.
     pub fn read(path: impl AsRef<Path>) -> Result<Rearrangement> {
-        let path = path.as_ref();
-        let text = std::fs::read_to_string(path).map_err(|e| Error::io(path, e))?;
-        let mut problem = Rearrangement::from_json(&text).map_err(|e| Error::format(path, e))?;
-        if problem.name.is_empty() {
-            problem.name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
-        }
-        Ok(problem)
+        read_named(path.as_ref(), Rearrangement::from_json, |problem| &mut problem.name)
     }
 
     /// Writes a scene file; what is read back is equal bit for bit.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<()> {
-        let path = path.as_ref();
-        std::fs::write(path, self.to_json()?).map_err(|e| Error::io(path, e))
+        files::write(path, self.to_json()?)
     }
 
     /// Reads the text of a scene file with goals. Errors name the field, and the line and column where it stands.
     pub fn from_json(text: &str) -> Result<Rearrangement> {
-        checked(text)?.rearrangement().map_err(|e| located(text, e))
+        document(text, SceneFile::rearrangement)
     }
 
     /// The text of a scene file.
@@ -532,24 +504,17 @@ impl Rearrangement {
 impl Clearing {
     /// Reads a scene file with `clear`. A file that gives no name is named after itself.
     pub fn read(path: impl AsRef<Path>) -> Result<Clearing> {
-        let path = path.as_ref();
-        let text = std::fs::read_to_string(path).map_err(|e| Error::io(path, e))?;
-        let mut problem = Clearing::from_json(&text).map_err(|e| Error::format(path, e))?;
-        if problem.name.is_empty() {
-            problem.name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
-        }
-        Ok(problem)
+        read_named(path.as_ref(), Clearing::from_json, |problem| &mut problem.name)
     }
 
     /// Writes a scene file; what is read back is equal bit for bit.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<()> {
-        let path = path.as_ref();
-        std::fs::write(path, self.to_json()?).map_err(|e| Error::io(path, e))
+        files::write(path, self.to_json()?)
     }
 
     /// Reads the text of a scene file with `clear`. Errors name the field, and the line and column where it stands.
     pub fn from_json(text: &str) -> Result<Clearing> {
-        checked(text)?.clearing().map_err(|e| located(text, e))
+        document(text, SceneFile::clearing)
     }
 
     /// The text of a scene file.

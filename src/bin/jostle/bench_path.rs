@@ -5,8 +5,8 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use jostle::Error;
 use jostle::eval::arrange::{ArrangeLevel, Arranger};
+use jostle::files::json;
 use jostle::geom::Pose2;
 use jostle::motion::{PathLimits, PathOutcome, PathParams, PathPlanner, PathScratch};
 use jostle::run::Key;
@@ -99,8 +99,7 @@ fn draw(args: &BenchPathArgs) -> Outcome<Queries> {
 }
 
 fn read(path: &Path) -> Outcome<Queries> {
-    let text = std::fs::read_to_string(path).map_err(|e| Error::io(path, e))?;
-    serde_json::from_str(&text).map_err(|e| Failure::usage(format!("{}: {e}", path.display())))
+    Ok(json::read(path, "queries")?)
 }
 
 pub fn run(args: &BenchPathArgs) -> Outcome<()> {

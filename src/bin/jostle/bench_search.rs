@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-use jostle::eval::{is_original, needs_push, push_travel, read_problem, statistics, with_gripper};
+use jostle::eval::{needs_push, push_travel, retrieval_of, statistics, with_gripper};
 use jostle::physics::{PhysicsOptions, Purpose};
 use jostle::plan::{Control, PLANNERS, Planner, PlannerOptions};
 use jostle::run::{Budget, CancelToken, Key};
-use jostle::scene::Problem;
 use jostle::scene::generate::{Generator, GeneratorParams};
+use jostle::scene::{Input, InputKind, Problem};
 use serde::Serialize;
 
 use crate::args::{BenchSearchArgs, ProfileArg};
@@ -103,10 +103,11 @@ pub fn run(args: &BenchSearchArgs) -> Outcome<()> {
     }
     let mut problem = match &args.scene {
         Some(path) => {
-            if is_original(path) {
+            let input = Input::read(path)?;
+            if input.kind == InputKind::Original {
                 options.push_length.get_or_insert(push_travel(ProfileArg::Auto.of(path)));
             }
-            read_problem(path, None)?
+            retrieval_of(&input, None)?
         }
         None => seven_bodies(options.seed)?,
     };

@@ -1,49 +1,24 @@
 //! Tables to be cleared, on the command line: `plan`, `run`, `generate clear` and `render` of scenes with `clear`.
 
 use std::fmt::Write as _;
-use std::path::Path;
 use std::sync::Arc;
 
-use jostle::Error;
 use jostle::eval::clutter::{ClutterGenerator, ClutterKind};
-use jostle::eval::{ClearEnd, ClearReport, ClearTrials, JudgeOptions, clear_suite};
+use jostle::eval::{ClearEnd, ClearReport, ClearTrials, JudgeOptions, Refused, clear_suite};
 use jostle::physics::PhysicsOptions;
 use jostle::plan::clear::{CLEAR_PLANNERS, ClearOptions, ClearPlanner, ClearRule};
 use jostle::plan::{Control, Plan, PlannerOptions, Variant};
 use jostle::record::SvgPicture;
 use jostle::run::Budget;
-use jostle::scene::{AnyProblem, Clearing, Gripper};
+use jostle::scene::{Clearing, Gripper};
 use serde::Serialize;
-use serde_json::Value;
 
 use crate::args::{GenerateClearArgs, PlanArgs, PlannerArgs, RunArgs, cores};
-use crate::clear_suite;
 use crate::output::{self, Failure, Machine, Outcome};
 use crate::plan::text as plan_text;
 use crate::plan_file::PlanFile;
 use crate::progress;
 use crate::table::{Table, number, percent};
-
-/// The table to be cleared in a file, if it holds one.
-pub fn read(path: &Path) -> Outcome<Option<Clearing>> {
-    if path.extension().is_none_or(|e| e != "json") {
-        return Ok(None);
-    }
-    let text = std::fs::read_to_string(path).map_err(|e| Error::io(path, e))?;
-    // Only a file that says so is ours; what is wrong with others is said elsewhere.
-    if !serde_json::from_str::<Value>(&text).is_ok_and(|document| document["clear"] == true) {
-        return Ok(None);
-    }
-    match AnyProblem::from_json(&text).map_err(|e| Error::format(path, e))? {
-        AnyProblem::Clearing(mut problem) => {
-            if problem.name.is_empty() {
-                problem.name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
-            }
-            Ok(Some(problem))
-        }
-        _ => Ok(None),
-    }
-}
 
 /// The planner's options. `hedge`, the default of the command line, stands for the default of clearings.
 fn options(args: &PlannerArgs) -> Outcome<ClearOptions> {
@@ -107,31 +82,6 @@ pub fn plan_picture(problem: &Clearing, plan: &Plan) -> SvgPicture {
     picture
 }
 
-/// The tables that a suite's name stands for, if it stands for any: `clear-random` and `clear-packed` for those that
-/// come with the tool, a folder of scenes with `clear`, or one such scene.
-fn suite(name: &str) -> Outcome<Option<Vec<Clearing>>> {
-    let own = match name {
-        "clear-random" => clear_suite::RANDOM,
-        "clear-packed" => clear_suite::PACKED,
-        _ => &[],
-    };
-    if !own.is_empty() {
-        return Ok(Some(own.iter().map(|text| Clearing::from_json(text)).collect::<Result<_, _>>()?));
-    }
-    let path = Path::new(name);
-    if !path.is_dir() {
-        return if path.is_file() { Ok(read(path)?.map(|problem| vec![problem])) } else { Ok(None) };
-    }
-    let entries = std::fs::read_dir(path).map_err(|e| Error::io(path, e))?;
-    let mut files: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
-    files.sort();
-    let mut problems = Vec::new();
-    for file in &files {
-        problems.extend(read(file)?);
-    }
-    Ok((!problems.is_empty()).then_some(problems))
-}
-
 /// The report and what it was made on.
 #[derive(Serialize)]
 struct Document {
@@ -153,11 +103,11 @@ struct Document {
     judge: JudgeOptions,
     version: &'static str,
     machine: Machine,
+    refused: Vec<Refused>,
 }
 
-/// Runs a suite of tables to be cleared; `false` where it is none.
-pub fn run(args: &RunArgs) -> Outcome<bool> {
-    let Some(problems) = suite(args.suite())? else { return Ok(false) };
+/// Runs a suite of tables to be cleared.
+pub fn run(args: &RunArgs, problems: Vec<Clearing>, refused: Vec<Refused>) -> Outcome<()> {
     let gripper = args.planner.gripper()?;
     let problems: Vec<Clearing> =
         problems.into_iter().map(|p| with_gripper(p, gripper.as_ref())).collect::<Outcome<_>>()?;
@@ -194,10 +144,12 @@ pub fn run(args: &RunArgs) -> Outcome<bool> {
         judge: config.judge.clone(),
         version: env!("CARGO_PKG_VERSION"),
         machine: Machine::this(),
+        refused,
         report,
     };
-    output::report(args.json.json.as_deref(), &document, &run_text(&document))?;
-    Ok(true)
+    let text = run_text(&document) + &output::refused_lines(&document.refused);
+    output::report(args.json.json.as_deref(), &document, &text)?;
+    output::complete(&document.refused)
 }
 
 fn run_text(document: &Document) -> String {

@@ -1,7 +1,7 @@
 //! `jostle observe`: what a camera above the table sees.
 
-use jostle::Error;
 use jostle::eval::read_problem;
+use jostle::files;
 use jostle::geom::Pose2;
 use jostle::vision::{Frame, ImageMut, Rasteriser};
 
@@ -40,5 +40,5 @@ pub fn run(args: &ObserveArgs) -> Outcome<()> {
         let bright = if args.image == ImageArg::Labels { 1 } else { 255 };
         file.extend(pixels.iter().map(|pixel| pixel * bright));
     }
-    Ok(std::fs::write(&args.output, file).map_err(|e| Error::io(&args.output, e))?)
+    Ok(files::write(&args.output, file)?)
 }

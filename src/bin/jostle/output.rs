@@ -5,9 +5,14 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use jostle::Error;
+use jostle::eval::Refused;
+use jostle::files;
 use serde::Serialize;
 
-/// Why a command ends without a result.
+/// Exit status of a run that has a result, but not of every file of its folder.
+pub const REFUSED: u8 = 3;
+
+/// Why a command ends without a result, or with one of less than was asked for.
 #[derive(Debug)]
 pub struct Failure {
     code: u8,
@@ -27,9 +32,9 @@ impl Failure {
         Failure { code: 1, reason: reason.into() }
     }
 
-    /// The same with the place before the reason.
-    pub fn within(self, place: &str) -> Failure {
-        Failure { reason: format!("{place}: {}", self.reason), ..self }
+    /// There is a result, but not of every file of a folder.
+    fn refused(reason: String) -> Failure {
+        Failure { code: REFUSED, reason }
     }
 
     /// Says it on standard error, in one line.
@@ -65,9 +70,12 @@ pub fn emit(text: &str) -> Outcome<()> {
     }
 }
 
-/// Writes a file.
+/// Writes a file, whole or not at all; `-` is standard output.
 pub fn write_file(path: &Path, text: &str) -> Outcome<()> {
-    std::fs::write(path, text).map_err(|e| Failure::failed(format!("{}: {e}", path.display())))
+    if path == Path::new("-") {
+        return emit(text);
+    }
+    files::write(path, text).map_err(|e| Failure::failed(e.to_string()))
 }
 
 /// Gives out a report: the text to standard output, and the JSON where it was asked for. JSON on standard output
@@ -82,6 +90,23 @@ pub fn report(json: Option<&Path>, value: &impl Serialize, text: &str) -> Outcom
     }
     write_file(path, &document)?;
     emit(text)
+}
+
+/// The files that hold no problem, each with its reason, as lines of a report.
+pub fn refused_lines(refused: &[Refused]) -> String {
+    refused.iter().map(|file| format!("refused {}: {}\n", file.name, file.reason)).collect()
+}
+
+/// The end of a run whose report was given out: a failure of its own where files were refused.
+pub fn complete(refused: &[Refused]) -> Outcome<()> {
+    if refused.is_empty() {
+        return Ok(());
+    }
+    let names: Vec<_> = refused.iter().map(|file| file.name.as_str()).collect();
+    let (files, were) = if names.len() == 1 { ("file", "was") } else { ("files", "were") };
+    let reason =
+        format!("{} {files} {were} refused and not run: {}; the report has the reasons", names.len(), names.join(", "));
+    Err(Failure::refused(reason))
 }
 
 /// What a measurement was made on.

@@ -3,10 +3,11 @@
 use std::fmt::Write as _;
 
 use jostle::action::Action;
-use jostle::eval::{is_original, push_travel, read_problem, with_gripper};
+use jostle::eval::{push_travel, with_gripper};
 use jostle::plan::{Control, Outcome as PlanOutcome, Plan, Planner, Reason};
 use jostle::record::explanation;
-use jostle::scene::{Scene, State};
+use jostle::scene::arc::ArcOptions;
+use jostle::scene::{AnyProblem, Input, InputKind, Scene, State};
 
 use crate::args::PlanArgs;
 use crate::clear;
@@ -16,18 +17,17 @@ use crate::rearrange;
 use crate::render;
 
 pub fn run(args: &PlanArgs) -> Outcome<()> {
-    if let Some(problem) = rearrange::read(&args.scene)? {
-        return rearrange::plan(args, &problem);
-    }
-    if let Some(problem) = clear::read(&args.scene)? {
-        return clear::plan(args, &problem);
-    }
+    let input = Input::read(&args.scene)?;
+    let mut problem = match input.problem(ArcOptions { profile: args.profile.profile(), ..ArcOptions::default() })? {
+        AnyProblem::Retrieval(problem) => problem,
+        AnyProblem::Rearrangement(problem) => return rearrange::plan(args, &problem),
+        AnyProblem::Clearing(problem) => return clear::plan(args, &problem),
+    };
     let mut options = args.planner.options()?;
-    let mut problem = read_problem(&args.scene, args.profile.profile())?;
     if let Some(gripper) = args.planner.gripper()? {
         problem = with_gripper(&problem, &gripper)?;
     }
-    if is_original(&args.scene) {
+    if input.kind == InputKind::Original {
         options.push_length.get_or_insert(push_travel(args.profile.of(&args.scene)));
     }
     let plan = Planner::new(options)?.solve(&problem, &Control::default())?;

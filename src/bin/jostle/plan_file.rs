@@ -1,9 +1,11 @@
 //! A plan as a JSON document: the problem it was made for, what to do, what is expected of it.
 
+use jostle::Error;
 use jostle::action::Action;
+use jostle::files::json;
 use jostle::geom::Pose2;
 use jostle::plan::{Outcome as PlanOutcome, Plan, PlanStatistics, PlannedAction, RankedAction, WrittenReason};
-use jostle::scene::{AnyProblem, State};
+use jostle::scene::{AnyProblem, Input, State};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -101,24 +103,17 @@ impl PlanFile {
         })
     }
 
-    /// Whether a JSON document is a plan; a scene otherwise.
-    pub fn is_plan(document: &Value) -> bool {
-        document.get("plan_version").is_some()
-    }
-
     /// The problem and the plan again.
-    pub fn read(document: Value) -> Outcome<(AnyProblem, Plan)> {
-        if document["plan_version"] != VERSION {
-            return Err(Failure::usage(format!(
-                "plan_version: is {}; this tool reads {VERSION}",
-                document["plan_version"]
-            )));
-        }
-        let file: PlanFile = serde_json::from_value(document).map_err(|e| Failure::usage(e.to_string()))?;
-        let problem = AnyProblem::from_json(&file.problem.to_string())?;
+    pub fn read(input: &Input) -> Outcome<(AnyProblem, Plan)> {
+        check_version(input, "plan_version", VERSION)?;
+        let file: PlanFile = json::parse(&input.text, "plan").map_err(|e| input.error(e))?;
+        let placed = |error: Error| input.error(json::located(&input.text, error));
+        let problem = AnyProblem::from_json(&file.problem.to_string()).map_err(|e| placed(e.within("problem")))?;
         let step = |(i, step): (usize, &Step)| -> Outcome<PlannedAction> {
+            let field = format!("actions[{i}]");
+            step.action.validate().map_err(|e| placed(e.within(&field)))?;
             let predicted =
-                after(&problem, &step.predicted).map_err(|e| e.within(&format!("actions[{i}].predicted")))?;
+                after(&problem, &step.predicted).map_err(|e| placed(e.within(&format!("{field}.predicted"))))?;
             Ok(PlannedAction { action: step.action, predicted, value: step.value })
         };
         let actions = file.actions.iter().enumerate().map(step).collect::<Outcome<_>>()?;
@@ -145,6 +140,16 @@ impl PlanFile {
         };
         Ok((problem, plan))
     }
+}
+
+/// Refuses a plan's file of another version.
+pub fn check_version(input: &Input, key: &str, wanted: u64) -> Outcome<()> {
+    let document: Value = json::parse(&input.text, "plan").map_err(|e| input.error(e))?;
+    if document[key] != wanted {
+        let error = Error::argument(key, format!("is {}; this tool reads {wanted}", document[key]));
+        return Err(input.error(json::located(&input.text, error)).into());
+    }
+    Ok(())
 }
 
 /// The state of a problem with these poses: `null` for a body that is gone.

@@ -1,27 +1,27 @@
 //! Rearrangements on the command line: `plan`, `run`, `generate rearrange` and `render` of scenes with goals.
 
 use std::fmt::Write as _;
-use std::path::Path;
 use std::sync::Mutex;
 
 use jostle::Error;
 use jostle::action::Move;
 use jostle::eval::arrange::{ArrangeLevel, Arranger};
-use jostle::eval::{RearrangeEnd, RearrangeReport, RearrangeTrials, certificate, rearrange_suite};
+use jostle::eval::{RearrangeEnd, RearrangeReport, RearrangeTrials, Refused, certificate, rearrange_suite};
+use jostle::files::json;
 use jostle::geom::Pose2;
 use jostle::plan::rearrange::{REARRANGE_PLANNERS, RearrangeOptions, RearrangePlan, RearrangePlanner};
 use jostle::plan::{Control, Outcome as PlanOutcome, PlanStatistics, Variant, WrittenReason};
 use jostle::record::{rearrangement_animation, rearrangement_svg};
 use jostle::run::{Budget, Pool};
-use jostle::scene::{AnyProblem, Rearrangement, trlb};
+use jostle::scene::{Input, Rearrangement, check_pose};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::args::{GenerateRearrangeArgs, PlanArgs, PlannerArgs, RunArgs, cores};
 use crate::output::{self, Failure, Machine, Outcome};
 use crate::plan::write_reasons;
+use crate::plan_file::check_version;
 use crate::progress;
-use crate::rearrange_suite::SUITE;
 use crate::table::{Table, number, percent};
 
 /// The version of the plan document.
@@ -72,39 +72,21 @@ impl MoveEntry {
         MoveEntry { kind, body: action.body(), name, poses: action.poses() }
     }
 
-    fn action(&self, bodies: usize) -> Outcome<Move> {
+    fn action(&self, index: usize, bodies: usize) -> Result<Move, Error> {
         if self.body >= bodies {
-            return Err(Failure::usage(format!("moves: there is no body {}", self.body)));
+            return Err(Error::not_found(format!("moves[{index}].body"), format!("there is no body {}", self.body)));
+        }
+        for (i, pose) in self.poses.iter().enumerate() {
+            check_pose(&format!("moves[{index}].poses[{i}]"), pose)?;
         }
         match (self.kind, self.poses.as_slice()) {
             (MoveKind::PickPlace, &[pick, place]) => Ok(Move::PickPlace { body: self.body, pick, place }),
             (MoveKind::Drag, poses) if poses.len() >= 2 => Ok(Move::Drag { body: self.body, waypoints: poses.into() }),
-            _ => Err(Failure::usage("moves: a pick-and-place has two poses, a drag at least two")),
-        }
-    }
-}
-
-/// The rearrangement in a file, if it holds one.
-pub fn read(path: &Path) -> Outcome<Option<Rearrangement>> {
-    if path.extension().is_none_or(|e| e != "json") {
-        return Ok(None);
-    }
-    let text = std::fs::read_to_string(path).map_err(|e| Error::io(path, e))?;
-    // Only a file with goals is ours; what is wrong with others is said elsewhere.
-    let has_goals = serde_json::from_str::<Value>(&text).is_ok_and(|document| {
-        document["bodies"].as_array().is_some_and(|bodies| bodies.iter().any(|body| body.get("goal").is_some()))
-    });
-    if !has_goals {
-        return Ok(None);
-    }
-    match AnyProblem::from_json(&text).map_err(|e| Error::format(path, e))? {
-        AnyProblem::Rearrangement(mut problem) => {
-            if problem.name.is_empty() {
-                problem.name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+            _ => {
+                let reason = "a pick-and-place has two poses, a drag at least two";
+                Err(Error::argument(format!("moves[{index}].poses"), reason))
             }
-            Ok(Some(problem))
         }
-        AnyProblem::Retrieval(_) | AnyProblem::Clearing(_) => Ok(None),
     }
 }
 
@@ -216,30 +198,6 @@ fn text(problem: &Rearrangement, plan: &RearrangePlan) -> Outcome<String> {
     Ok(out)
 }
 
-/// The rearrangements that a suite's name stands for, if it stands for any: `rearrange` for the suite that comes with
-/// the tool, a folder of scenes with goals or of TRLB arrangements, or one such scene.
-fn suite(name: &str) -> Outcome<Option<Vec<Rearrangement>>> {
-    if name == "rearrange" {
-        let read = |text: &&str| Rearrangement::from_json(text);
-        return Ok(Some(SUITE.iter().map(read).collect::<Result<_, _>>()?));
-    }
-    let path = Path::new(name);
-    if !path.is_dir() {
-        return if path.is_file() { Ok(read(path)?.map(|problem| vec![problem])) } else { Ok(None) };
-    }
-    if trlb::is_folder(path) {
-        return Ok(Some(trlb::read_folder(path)?));
-    }
-    let entries = std::fs::read_dir(path).map_err(|e| Error::io(path, e))?;
-    let mut files: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
-    files.sort();
-    let mut problems = Vec::new();
-    for file in &files {
-        problems.extend(read(file)?);
-    }
-    Ok((!problems.is_empty()).then_some(problems))
-}
-
 /// The report and what it was made on.
 #[derive(Serialize)]
 struct Document {
@@ -256,11 +214,11 @@ struct Document {
     max_actions: usize,
     version: &'static str,
     machine: Machine,
+    refused: Vec<Refused>,
 }
 
-/// Runs a suite of rearrangements; `false` where it is none.
-pub fn run(args: &RunArgs) -> Outcome<bool> {
-    let Some(problems) = suite(args.suite())? else { return Ok(false) };
+/// Runs a suite of rearrangements.
+pub fn run(args: &RunArgs, problems: &[Rearrangement], refused: Vec<Refused>) -> Outcome<()> {
     let defaults = RearrangeTrials::default();
     let mut options = options(&args.planner, args.seeds)?;
     options.reward.base = !args.no_base_reward;
@@ -274,13 +232,13 @@ pub fn run(args: &RunArgs) -> Outcome<bool> {
         open_loop: args.open_loop,
     };
     let bar = progress::bar(problems.len() as u64, "cases");
-    let report = rearrange_suite(&problems, &config, &Control::default(), |case| {
+    let report = rearrange_suite(problems, &config, &Control::default(), |case| {
         bar.set_message(case.name.clone());
         bar.inc(1);
     });
     bar.finish_and_clear();
     let report = report?;
-    let text = run_text(&report);
+    let text = run_text(&report) + &output::refused_lines(&refused);
     let o = &config.options;
     let document = Document {
         suite: args.suite().to_owned(),
@@ -294,10 +252,11 @@ pub fn run(args: &RunArgs) -> Outcome<bool> {
         max_actions: config.max_actions,
         version: env!("CARGO_PKG_VERSION"),
         machine: Machine::this(),
+        refused,
         report,
     };
     output::report(args.json.json.as_deref(), &document, &text)?;
-    Ok(true)
+    output::complete(&document.refused)
 }
 
 fn run_text(report: &RearrangeReport) -> String {
@@ -381,33 +340,18 @@ pub fn generate(args: &GenerateRearrangeArgs) -> Outcome<()> {
     output::report(args.json.json.as_deref(), &report, &text)
 }
 
-/// Draws a scene with goals or a plan of one; `false` where the file is neither.
-pub fn render(input: &Path, output: &Path, animated: bool) -> Outcome<bool> {
-    let (problem, moves) = match read(input)? {
-        Some(problem) => (problem, Vec::new()),
-        None => match read_plan(input)? {
-            Some(found) => found,
-            None => return Ok(false),
-        },
-    };
-    let picture =
-        if animated { rearrangement_animation(&problem, &moves) } else { rearrangement_svg(&problem, &moves) };
-    output::write_file(output, &picture)?;
-    Ok(true)
+/// Draws a rearrangement, or a plan of one.
+pub fn picture(problem: &Rearrangement, moves: &[Move], animated: bool) -> String {
+    if animated { rearrangement_animation(problem, moves) } else { rearrangement_svg(problem, moves) }
 }
 
-fn read_plan(path: &Path) -> Outcome<Option<(Rearrangement, Vec<Move>)>> {
-    let Ok(text) = std::fs::read_to_string(path) else { return Ok(None) };
-    let Ok(document) = serde_json::from_str::<Value>(&text) else { return Ok(None) };
-    let Some(version) = document.get("rearrange_plan_version") else { return Ok(None) };
-    let place = path.display().to_string();
-    if version != VERSION {
-        return Err(Failure::usage(format!("{place}: rearrange_plan_version is {version}; this tool reads {VERSION}")));
-    }
-    let file: RearrangePlanFile =
-        serde_json::from_value(document).map_err(|e| Failure::usage(format!("{place}: {e}")))?;
-    let problem = Rearrangement::from_json(&file.problem.to_string()).map_err(|e| Failure::from(e).within(&place))?;
+/// The problem and the moves of a plan's file.
+pub fn read_plan(input: &Input) -> Outcome<(Rearrangement, Vec<Move>)> {
+    check_version(input, "rearrange_plan_version", VERSION)?;
+    let file: RearrangePlanFile = json::parse(&input.text, "plan").map_err(|e| input.error(e))?;
+    let placed = |error: Error| input.error(json::located(&input.text, error));
+    let problem = Rearrangement::from_json(&file.problem.to_string()).map_err(|e| placed(e.within("problem")))?;
     let bodies = problem.scene.len();
-    let moves = file.moves.iter().map(|entry| entry.action(bodies)).collect::<Outcome<_>>();
-    Ok(Some((problem, moves.map_err(|e| e.within(&place))?)))
+    let actions = file.moves.iter().enumerate().map(|(i, entry)| entry.action(i, bodies).map_err(placed));
+    Ok((problem, actions.collect::<Result<_, _>>()?))
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use jostle::eval::{ClosedLoopOptions, DEFAULT_MAX_ACTIONS, Event, Report, Suite, max_actions, push_travel, run_suite};
+use jostle::eval::{ClosedLoopOptions, DEFAULT_MAX_ACTIONS, Event, Report, max_actions, push_travel, run_suite};
 use jostle::plan::Control;
 use serde::Serialize;
 
@@ -11,7 +11,7 @@ use crate::clear;
 use crate::output::{self, Failure, Machine, Outcome};
 use crate::progress;
 use crate::rearrange;
-use crate::suites;
+use crate::suites::{self, Opened};
 use crate::table::{Table, number, percent};
 
 /// The report and what it was made on.
@@ -23,16 +23,14 @@ struct Document {
 }
 
 pub fn run(args: &RunArgs) -> Outcome<()> {
-    if rearrange::run(args)? || clear::run(args)? {
-        return Ok(());
-    }
+    let mut suite = match suites::open(args.suite(), args.profile.profile())? {
+        Opened::Retrievals(suite) => suite,
+        Opened::Rearrangements(problems, refused) => return rearrange::run(args, &problems, refused),
+        Opened::Clearings(problems, refused) => return clear::run(args, problems, refused),
+    };
     let mut planner = args.planner.options()?;
     let judge = args.judge.options(planner.seed)?;
     let gripper = args.planner.gripper()?;
-    let mut suite = match suites::find(args.suite())? {
-        Some(suite) => suite,
-        None => Suite::open(args.suite(), args.profile.profile())?,
-    };
     if let Some(gripper) = &gripper {
         suite.set_gripper(gripper)?;
     }
@@ -44,11 +42,12 @@ pub fn run(args: &RunArgs) -> Outcome<()> {
         ClosedLoopOptions { planner, judge, trials: args.trials, max_actions: args.max_actions.unwrap_or(cap) };
     options.validate()?;
     if suite.problems.is_empty() {
-        let reason = suite.refused.first().map(|r| format!(": {}", r.reason)).unwrap_or_default();
+        let reasons: Vec<_> = suite.refused.iter().map(|refused| refused.reason.as_str()).collect();
         return Err(Failure::usage(format!(
-            "{}: none of its {} cases can be used{reason}",
+            "{}: none of its {} cases can be used: {}",
             suite.name,
-            suite.refused.len()
+            suite.refused.len(),
+            reasons.join("; ")
         )));
     }
     let bar = progress::bar(suite.problems.len() as u64 * options.trials, "trials");
@@ -64,7 +63,8 @@ pub fn run(args: &RunArgs) -> Outcome<()> {
     bar.finish_and_clear();
     let report = report?;
     let text = text(&report);
-    output::report(args.json.json.as_deref(), &Document { machine: Machine::this(), report }, &text)
+    output::report(args.json.json.as_deref(), &Document { machine: Machine::this(), report }, &text)?;
+    output::complete(&suite.refused)
 }
 
 fn text(report: &Report) -> String {
@@ -106,9 +106,7 @@ fn text(report: &Report) -> String {
         number(t.actions_per_success, 2),
         t.blocked
     );
-    for refused in &report.refused {
-        let _ = writeln!(out, "refused {}: {}", refused.name, refused.reason);
-    }
+    out += &output::refused_lines(&report.refused);
     let c = &report.configuration;
     let budget = match (c.budget.iterations, c.budget.seconds) {
         (None, None) => "the planner's budget".into(),

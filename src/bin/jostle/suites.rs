@@ -1,15 +1,18 @@
-//! The suites of retrieval problems that come with the tool; `suites/` has them as files.
+//! What a suite's name stands for. The retrieval problems that come with the tool are files in `suites/`.
 //!
 //! Made by
 //! `jostle generate suites/own-hard -n 22 --gripper dissertation_mask --seed 122`,
 //! `jostle generate suites/own-confined -n 20 --profile pmbs --gripper dissertation_mask --seed 120` and
 //! `jostle generate suites/deep -n 20 --profile pmbs --gripper dissertation_mask --seed 320 --pushes 3`.
 
-use jostle::eval::Suite;
-use jostle::scene::Problem;
+use std::path::Path;
+
+use jostle::eval::{Problems, Refused, Suite};
 use jostle::scene::arc::ArcProfile;
+use jostle::scene::{Clearing, Problem, Rearrangement};
 
 use crate::output::Outcome;
+use crate::{clear_suite, rearrange_suite};
 
 /// Name, conventions (travel of a push, greatest number of actions), scene files.
 type Builtin = (&'static str, ArcProfile, &'static [&'static str]);
@@ -46,9 +49,40 @@ suites! {
     }
 }
 
-/// The suite of this name; a folder of that name is not looked for.
-pub fn find(name: &str) -> Outcome<Option<Suite>> {
-    let Some((name, profile, files)) = SUITES.iter().find(|(known, ..)| *known == name) else { return Ok(None) };
-    let problems = files.iter().map(|text| Problem::from_json(text)).collect::<Result<_, _>>()?;
-    Ok(Some(Suite { name: (*name).into(), problems, refused: Vec::new(), profile: Some(*profile) }))
+/// Problems of one kind.
+pub enum Opened {
+    Retrievals(Suite),
+    Rearrangements(Vec<Rearrangement>, Vec<Refused>),
+    Clearings(Vec<Clearing>, Vec<Refused>),
+}
+
+/// What a suite's name stands for: one of the tool, generated problems, else a folder of that name or a file.
+pub fn open(name: &str, profile: Option<ArcProfile>) -> Outcome<Opened> {
+    if let Some((name, profile, files)) = SUITES.iter().find(|(known, ..)| *known == name) {
+        let problems = files.iter().map(|text| Problem::from_json(text)).collect::<Result<_, _>>()?;
+        let suite = Suite { name: (*name).into(), problems, refused: Vec::new(), profile: Some(*profile) };
+        return Ok(Opened::Retrievals(suite));
+    }
+    let clearings = |texts: &[&str]| -> Outcome<Opened> {
+        Ok(Opened::Clearings(texts.iter().map(|text| Clearing::from_json(text)).collect::<Result<_, _>>()?, Vec::new()))
+    };
+    match name {
+        "rearrange" => {
+            let read = |text: &&str| Rearrangement::from_json(text);
+            return Ok(Opened::Rearrangements(
+                rearrange_suite::SUITE.iter().map(read).collect::<Result<_, _>>()?,
+                Vec::new(),
+            ));
+        }
+        "clear-random" => return clearings(clear_suite::RANDOM),
+        "clear-packed" => return clearings(clear_suite::PACKED),
+        _ if name.starts_with("generated:") => return Ok(Opened::Retrievals(Suite::open(name, profile)?)),
+        _ => {}
+    }
+    let found = Problems::open(Path::new(name), profile)?.of_one_kind();
+    Ok(match () {
+        () if !found.rearrangements.is_empty() => Opened::Rearrangements(found.rearrangements, found.refused),
+        () if !found.clearings.is_empty() => Opened::Clearings(found.clearings, found.refused),
+        () => Opened::Retrievals(Suite::of(name, found)),
+    })
 }

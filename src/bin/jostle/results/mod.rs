@@ -20,6 +20,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};
 
+use jostle::files;
 use jostle::net::{Runtime, RuntimeOptions};
 
 use crate::args::{ResultsArgs, cores};
@@ -36,7 +37,7 @@ const CASES_BELOW_SHARED: &str = "data/cases/arc";
 
 pub fn run(args: &ResultsArgs) -> Outcome<()> {
     let place = args.list.display();
-    let text = std::fs::read_to_string(&args.list).map_err(|e| Failure::usage(format!("{place}: {e}")))?;
+    let text = files::read_text(&args.list)?;
     let list = List::parse(&text).map_err(|e| Failure::usage(format!("{place}: {e}")))?;
     if let Some(unknown) = args.only.iter().find(|id| list.section(id).is_none()) {
         let known: Vec<_> = list.sections.iter().map(|s| s.id.as_str()).collect();

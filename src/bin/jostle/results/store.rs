@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use jostle::files;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
@@ -75,11 +76,8 @@ impl Store {
     /// Keeps a result: all of it or nothing.
     pub fn keep(&self, kept: &Kept) -> Result<(), String> {
         let file = self.file(&kept.stamp.command);
-        let new = file.with_extension("new");
         let text = serde_json::to_string(kept).map_err(|e| e.to_string())?;
-        std::fs::write(&new, text)
-            .and_then(|()| std::fs::rename(&new, &file))
-            .map_err(|e| format!("{}: {e}", file.display()))
+        files::write(file, text).map_err(|e| e.to_string())
     }
 }
 

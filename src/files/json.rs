@@ -1,7 +1,84 @@
-//! Where in a JSON text a value stands: the path of a place, and the place of a path, for error messages.
-//! And the layout in which scene files are written.
+//! JSON with errors that name the field and where it stands, by the path of a place and the place of a path. And the
+//! layout in which scene files are written.
 
 use std::io;
+use std::path::Path;
+
+use serde::Deserialize;
+
+use crate::error::{Error, Result};
+
+/// Steps of a path that a message names; of a deeper one the rest is left out.
+const MAX_STEPS: usize = 16;
+
+/// A parser's complaint with the path of the field; `whole` is what the document is called.
+pub fn parse<'de, T: Deserialize<'de>>(text: &'de str, whole: &str) -> Result<T> {
+    serde_json::from_str(text).map_err(|e| {
+        let path = path_at(text, e.line(), e.column());
+        let mut reason = e.to_string();
+        // serde_json says the place at the end; here it is said as everywhere else.
+        if let Some(cut) = reason.rfind(" at line ") {
+            reason.truncate(cut);
+        }
+        let field = if path.is_empty() { whole.to_owned() } else { path };
+        Error::argument(field, format!("{reason} (line {}, column {})", e.line(), e.column()))
+    })
+}
+
+/// Reads a file of JSON; errors name the file, the field and where it stands.
+pub fn read<T: for<'de> Deserialize<'de>>(path: &Path, whole: &str) -> Result<T> {
+    parse(&super::read_text(path)?, whole).map_err(|e| Error::format(path, e))
+}
+
+/// Adds to an error about a field where in the text it stands. A place that it has already, of another text, goes.
+pub fn located(text: &str, error: Error) -> Error {
+    let place = |field: &str, reason: String| {
+        let reason = match reason.rfind(" (line ") {
+            Some(cut) if reason.ends_with(')') => reason[..cut].to_owned(),
+            _ => reason,
+        };
+        match place_of(text, field) {
+            Some((line, column)) => format!("{reason} (line {line}, column {column})"),
+            None => reason,
+        }
+    };
+    match error {
+        Error::Argument { field, reason } => Error::Argument { reason: place(&field, reason), field },
+        Error::NotFound { field, reason } => Error::NotFound { reason: place(&field, reason), field },
+        other => other,
+    }
+}
+
+/// An error with a place in one line as one with a place in the file whose line that is.
+pub fn on_line(error: Error, line: usize) -> Error {
+    let place = |reason: String| match reason.rfind(" (line 1, column ") {
+        Some(cut) => format!("{} (line {line}{}", &reason[..cut], &reason[cut + " (line 1".len()..]),
+        None => format!("{reason} (line {line})"),
+    };
+    match error {
+        Error::Argument { field, reason } => Error::Argument { field, reason: place(reason) },
+        Error::NotFound { field, reason } => Error::NotFound { field, reason: place(reason) },
+        other => other,
+    }
+}
+
+/// The keys of the document's outermost object, as far as the text is JSON.
+pub fn top_keys(text: &str) -> Vec<String> {
+    let mut keys = Vec::new();
+    scan(text, |frames, _| {
+        if let [Frame::Object(Some(key))] = frames {
+            keys.push(key.clone());
+        }
+        true
+    });
+    keys
+}
+
+/// Line and column (from 1, in characters) of what follows a text.
+pub(super) fn line_and_column(before: &str) -> (usize, usize) {
+    let line_start = before.rfind('\n').map_or(0, |i| i + 1);
+    (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
+}
 
 /// A container that encloses the place where the scan is.
 enum Frame {
@@ -13,7 +90,7 @@ enum Frame {
 
 fn path_of(frames: &[Frame]) -> String {
     let mut path = String::new();
-    for frame in frames {
+    for frame in frames.iter().take(MAX_STEPS) {
         match frame {
             Frame::Object(Some(key)) if path.is_empty() => path.push_str(key),
             Frame::Object(Some(key)) => path.extend([".", key]),
@@ -85,7 +162,7 @@ fn scan(text: &str, mut value: impl FnMut(&[Frame], usize) -> bool) -> Vec<Frame
 
 /// The path of the value that a parser had read when it stopped at a line and a column (in bytes, both from 1), such
 /// as `bodies[2].mass`; empty for the whole document.
-pub(super) fn path_at(text: &str, line: usize, column: usize) -> String {
+fn path_at(text: &str, line: usize, column: usize) -> String {
     let before: usize = text.split_inclusive('\n').take(line.saturating_sub(1)).map(str::len).sum();
     let mut end = (before + column).min(text.len());
     while !text.is_char_boundary(end) {
@@ -98,26 +175,54 @@ pub(super) fn path_at(text: &str, line: usize, column: usize) -> String {
     path_of(if closes { &frames[..frames.len().saturating_sub(1)] } else { &frames })
 }
 
-/// The line and column (from 1) where the value of a path begins, or that of the nearest container of it.
-pub(super) fn place_of(text: &str, path: &str) -> Option<(usize, usize)> {
-    let mut best: Option<(usize, usize)> = None;
-    scan(text, |frames, offset| {
-        let here = path_of(frames);
-        let encloses = path
-            .strip_prefix(&here)
-            .is_some_and(|rest| here.is_empty() || rest.is_empty() || rest.starts_with(['.', '[']));
-        if encloses && best.is_none_or(|(length, _)| here.len() > length) {
-            best = Some((here.len(), offset));
+/// A step of a path.
+enum Step<'a> {
+    Key(&'a str),
+    Index(usize),
+}
+
+impl Step<'_> {
+    fn is(&self, frame: &Frame) -> bool {
+        match (self, frame) {
+            (Step::Key(wanted), Frame::Object(Some(key))) => key == wanted,
+            (Step::Index(wanted), Frame::Array(Some(index))) => index == wanted,
+            _ => false,
         }
-        here != path
+    }
+}
+
+/// The steps of `bodies[2].pose.x`. What is no index in brackets belongs to a key.
+fn steps(path: &str) -> Vec<Step<'_>> {
+    let mut steps = Vec::new();
+    for part in path.split('.') {
+        let mut rest = part.split('[');
+        steps.extend(rest.next().filter(|key| !key.is_empty()).map(Step::Key));
+        steps.extend(rest.filter_map(|index| index.strip_suffix(']')?.parse().ok()).map(Step::Index));
+    }
+    steps
+}
+
+/// The line and column (from 1) where the value of a path begins, or that of the nearest container of it, and be it the
+/// document.
+pub fn place_of(text: &str, path: &str) -> Option<(usize, usize)> {
+    let steps = steps(path);
+    let mut best: Option<(usize, usize)> = None;
+    // How many of the outermost frames are the path's: as only the last frame goes on, one look at it is enough, and the
+    // scan takes no longer in deep documents.
+    let mut same = 0;
+    scan(text, |frames, offset| {
+        if let Some(last) = frames.len().checked_sub(1) {
+            same = same.min(last);
+            if same == last && steps.get(last).is_some_and(|step| step.is(&frames[last])) {
+                same = last + 1;
+            }
+        }
+        if same == frames.len() && best.is_none_or(|(depth, _)| same > depth) {
+            best = Some((same, offset));
+        }
+        same < steps.len() || frames.len() != same
     });
-    let (length, offset) = best?;
-    // The document as a whole is no place.
-    (length > 0).then(|| {
-        let before = &text[..offset];
-        let line_start = before.rfind('\n').map_or(0, |i| i + 1);
-        (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
-    })
+    best.map(|(_, offset)| line_and_column(&text[..offset]))
 }
 
 /// JSON on one line, with a space after commas and colons.
@@ -139,9 +244,11 @@ impl serde_json::ser::Formatter for OneLine {
 }
 
 /// A value on one line.
-pub(super) fn one_line<T: serde::Serialize + ?Sized>(value: &T) -> serde_json::Result<String> {
+pub fn one_line<T: serde::Serialize + ?Sized>(value: &T) -> Result<String> {
     let mut out = Vec::new();
-    value.serialize(&mut serde_json::Serializer::with_formatter(&mut out, OneLine))?;
+    value
+        .serialize(&mut serde_json::Serializer::with_formatter(&mut out, OneLine))
+        .map_err(|e| Error::Internal(format!("a value could not be written as JSON: {e}")))?;
     Ok(String::from_utf8_lossy(&out).into_owned())
 }
 
@@ -193,10 +300,28 @@ mod tests {
             ("bodies[1].mass", Some((5, 27))),
             ("bodies[1].pose.x", Some((5, 5))),
             ("bodies[10]", Some((3, 13))),
-            ("gripper", None),
+            ("gripper", Some((1, 1))),
+            ("version.x", Some((2, 14))),
         ] {
             assert_eq!(place_of(TEXT, path), place, "{path}");
         }
+    }
+
+    /// Every place is looked at once, however deep it lies.
+    #[test]
+    fn deep_documents_take_no_longer_than_flat_ones() {
+        for depth in [10, 1_000, 200_000] {
+            let text = format!("{{\"x\": {}{}, \"version\": 2}}", "[".repeat(depth), "]".repeat(depth));
+            assert_eq!(place_of(&text, "version"), Some((1, 2 * depth + 20)));
+            assert_eq!(path_at(&text, 1, depth + 6).len(), 1 + 3 * (depth - 1).min(MAX_STEPS - 1));
+            assert_eq!(top_keys(&text), ["x", "version"]);
+        }
+    }
+
+    #[test]
+    fn a_text_that_is_no_json_has_keys_too() {
+        assert_eq!(top_keys("{\"a\": {\"b\": 1,}, \"c\": [1,],}"), ["a", "c"]);
+        assert!(top_keys("[{\"a\": 1}]").is_empty() && top_keys("cube.urdf 0 0 0").is_empty());
     }
 
     #[test]
