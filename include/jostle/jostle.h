@@ -150,12 +150,12 @@ typedef struct jostle_shape_part {
   jostle_shape shape;
   /// 0.
   uint32_t reserved;
-  /// In the body frame.
+  /// In the body frame, each coordinate in -10 to 10 m.
   struct jostle_pose2 pose;
-  /// Corners of a polygon, metres.
+  /// Corners of a polygon, metres: 3 to 4096 corners, each coordinate in -10 to 10 m.
   const struct jostle_vec2 *points;
   size_t point_count;
-  /// Of a disc, metres.
+  /// Of a disc, 6e-4 to 10 m.
   double radius;
 } jostle_shape_part;
 
@@ -165,26 +165,27 @@ typedef struct jostle_body_def {
   uint32_t struct_size;
   /// JOSTLE_SHAPE_POLYGON by default.
   jostle_shape shape;
-  /// Where it is at first: (0, 0, 0) by default.
+  /// Where it is at first: (0, 0, 0) by default. Like every pose in the world, x and y lie in -100 to 100 m (poses are
+  /// stored in single precision: put the origin near the workspace) and theta in -1e6 to 1e6 rad.
   struct jostle_pose2 pose;
-  /// Corners of a polygon in the body frame, metres.
+  /// Corners of a polygon in the body frame, metres: 3 to 4096 corners, each coordinate in -10 to 10 m.
   const struct jostle_vec2 *points;
   size_t point_count;
-  /// Of a disc, metres.
+  /// Of a disc, 6e-4 to 10 m.
   double radius;
-  /// Parts of a compound.
+  /// Parts of a compound: 1 to 256 parts.
   const struct jostle_shape_part *parts;
   size_t part_count;
   /// Name of a block of the library.
   const char *block;
   /// Unique in its scene; null (the default) for "body N".
   const char *name;
-  /// Metres, from the table up: 0.045 by default. A block has its own: leave height, mass, friction,
+  /// From the table up, 1e-4 to 10 m: 0.045 by default. A block has its own: leave height, mass, friction,
   /// centre_of_mass and inertia at their defaults.
   double height;
-  /// Kilograms: 0.1 by default.
+  /// 1e-9 to 1000 kg: 0.1 by default.
   double mass;
-  /// Coefficient of its surface, 0.5 by default; a contact uses the product of the two surfaces' coefficients.
+  /// Coefficient of its surface, 0 to 10: 0.5 by default; a contact uses the product of the two surfaces' coefficients.
   double friction;
   /// 1 (the default) if a grasp may take it.
   uint32_t pickable;
@@ -194,9 +195,10 @@ typedef struct jostle_body_def {
   uint32_t present;
   /// 1 if `centre_of_mass` is given; 0 (the default) takes the centroid.
   uint32_t has_centre_of_mass;
-  /// In the body frame, metres.
+  /// In the body frame, each coordinate in -10 to 10 m.
   struct jostle_vec2 centre_of_mass;
-  /// About the centre of mass, kg m^2; 0 (the default) takes a uniform prism's.
+  /// About the centre of mass, kg m^2; 0 (the default) takes a uniform prism's. Its radius of gyration, the root of
+  /// inertia over mass, lies in 1e-4 to 10 m.
   double inertia;
 } jostle_body_def;
 
@@ -233,6 +235,7 @@ typedef struct jostle_grasp {
 } jostle_grasp;
 
 /// The measures of a two-finger gripper: the closed fingers it pushes with, the jaw it grasps with. Metres and radians.
+/// Widths, thicknesses and the opening lie in 1e-4 to 10 m, free gaps (clearances, fit) in 0 to 0.1 m.
 typedef struct jostle_gripper {
   /// Set by jostle_gripper_default().
   uint32_t struct_size;
@@ -268,7 +271,8 @@ typedef int32_t jostle_leave_rule;
 /// Which bodies must not leave: one of the JOSTLE_SCOPE_ values.
 typedef int32_t jostle_leave_scope;
 
-/// The rectangle that bodies must not leave, in the world frame.
+/// The rectangle that bodies must not leave, in the world frame: its sides are 0.001 to 200 m, its corners lie where
+/// poses may. The target of a problem must be in it, by the rule.
 typedef struct jostle_workspace {
   /// Set by jostle_workspace_default().
   uint32_t struct_size;

@@ -20,9 +20,28 @@ pub fn parse<'de, T: Deserialize<'de>>(text: &'de str, whole: &str) -> Result<T>
         if let Some(cut) = reason.rfind(" at line ") {
             reason.truncate(cut);
         }
+        if after_comma(text, e.line(), e.column()) {
+            "trailing comma".clone_into(&mut reason);
+        }
         let field = if path.is_empty() { whole.to_owned() } else { path };
         Error::argument(field, format!("{reason} (line {}, column {})", e.line(), e.column()))
     })
+}
+
+/// A container is closed there, right behind a comma: serde_json calls it that only where it keeps what it reads.
+fn after_comma(text: &str, line: usize, column: usize) -> bool {
+    let read = &text[..end_of(text, line, column)];
+    read.strip_suffix([']', '}']).is_some_and(|before| before.trim_end().ends_with(','))
+}
+
+/// The offset behind the character at a line and a column as serde_json counts them: bytes, both from 1.
+fn end_of(text: &str, line: usize, column: usize) -> usize {
+    let before: usize = text.split_inclusive('\n').take(line.saturating_sub(1)).map(str::len).sum();
+    let mut end = (before + column).min(text.len());
+    while !text.is_char_boundary(end) {
+        end -= 1;
+    }
+    end
 }
 
 /// Reads a file of JSON; errors name the file, the field and where it stands.
@@ -163,13 +182,8 @@ fn scan(text: &str, mut value: impl FnMut(&[Frame], usize) -> bool) -> Vec<Frame
 /// The path of the value that a parser had read when it stopped at a line and a column (in bytes, both from 1), such
 /// as `bodies[2].mass`; empty for the whole document.
 fn path_at(text: &str, line: usize, column: usize) -> String {
-    let before: usize = text.split_inclusive('\n').take(line.saturating_sub(1)).map(str::len).sum();
-    let mut end = (before + column).min(text.len());
-    while !text.is_char_boundary(end) {
-        end -= 1;
-    }
     // A complaint at a closing bracket is about the whole container; at a comma, about the value before it.
-    let read = &text[..end];
+    let read = &text[..end_of(text, line, column)];
     let closes = read.ends_with(['}', ']']);
     let frames = scan(read.strip_suffix(['}', ']', ',']).unwrap_or(read), |_, _| true);
     path_of(if closes { &frames[..frames.len().saturating_sub(1)] } else { &frames })
@@ -315,6 +329,25 @@ mod tests {
             assert_eq!(place_of(&text, "version"), Some((1, 2 * depth + 20)));
             assert_eq!(path_at(&text, 1, depth + 6).len(), 1 + 3 * (depth - 1).min(MAX_STEPS - 1));
             assert_eq!(top_keys(&text), ["x", "version"]);
+        }
+    }
+
+    #[test]
+    fn a_trailing_comma_is_called_so_wherever_it_stands() {
+        #[derive(Deserialize)]
+        struct Known {
+            #[serde(rename = "a")]
+            _a: Vec<u32>,
+        }
+        for (text, place) in [
+            ("{\"a\": [1,]}", "(line 1, column 10)"),
+            ("{\"a\": [1],\n}", "(line 2, column 1)"),
+            ("{\"b\": [1, ], \"a\": []}", "(line 1, column 11)"),
+            ("{\"b\": {\"c\": [[1], [2,\n ]]}, \"a\": []}", "(line 2, column 2)"),
+            ("{\"b\": {\"c\": 1,}, \"a\": []}", "(line 1, column 15)"),
+        ] {
+            let error = parse::<Known>(text, "file").err().unwrap().to_string();
+            assert!(error.contains("trailing comma") && error.ends_with(place), "{text}: {error}");
         }
     }
 

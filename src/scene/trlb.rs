@@ -241,18 +241,19 @@ mod tests {
             (
                 "50",
                 "0",
-                "Object_Radius: is 0; it must lie in 6e-4 to 10 m (from a square millimetre to what a table holds) (line 1, column 43)",
+                "Object_Radius: is 0; it must lie in 6e-4 to 10 m (from a square millimetre to what a table holds) \
+                (line 1, column 43)",
             ),
             ("50", "\"50\"", "Object_Radius: invalid type: string \"50\", expected f64 (line 1, column 46)"),
             ("Width\": 1000", "Width\": 1e9", "Workspace_Width: is 1e6; it must lie in"),
-            ("[500, 300]", "[500, 300, 1, 2]", "point_list[1]: must have two or three numbers (line 3, column 30)"),
+            ("[500, 300]", "[500, 300, 1, 2]", "point_list[1]: must have two or three numbers (line 3, column 29)"),
             ("[500, 300]", "[500, 1e12]", "point_list[1]: is 1e9; it must lie in -100 to 100 m"),
             (
                 "[500, 300]",
                 "[1000, 300]",
-                "point_list[1]: `body 1` reaches 50.0 mm out of the workspace; move it inside (line 3, column 30)",
+                "point_list[1]: `body 1` reaches 50.0 mm out of the workspace; move it inside (line 3, column 29)",
             ),
-            ("[500, 300]", "[500, 300],", "point_list[1]: trailing comma (line 3, column 41)"),
+            ("[500, 300]", "[500, 300],", "point_list: trailing comma (line 3, column "),
             ("300], ", "300]]}", "arrangement: trailing characters"),
         ] {
             std::fs::write(&bad, text.replacen(what, with, 1)).unwrap();
