@@ -90,6 +90,8 @@ bounds! {
     CORNERS = "corners of a polygon", 3.0, 4096.0, "corners", "an outline needs no more, and its check takes their square";
     /// Of a compound, however deep.
     PARTS = "parts of a compound", 1.0, 256.0, "parts", "every pair of parts of two bodies is compared";
+    /// Of the outlines of a body.
+    OUTLINE_TOLERANCE = "an outline's tolerance", 0.0, 0.01, "m", "more would be another shape";
     HEIGHT = "a body's height", 1e-4, 10.0, "m", "from a sheet to what stands on a table";
     MASS = "a body's mass", 1e-9, 1000.0, "kg", "from a microgram to a tonne";
     /// The square root of inertia over mass.

@@ -181,7 +181,7 @@ typedef struct jostle_body_def {
   /// Unique in its scene; null (the default) for "body N".
   const char *name;
   /// From the table up, 1e-4 to 10 m: 0.045 by default. A block has its own: leave height, mass, friction,
-  /// centre_of_mass and inertia at their defaults.
+  /// centre_of_mass, inertia and outline_tolerance at their defaults.
   double height;
   /// 1e-9 to 1000 kg: 0.1 by default.
   double mass;
@@ -200,6 +200,11 @@ typedef struct jostle_body_def {
   /// About the centre of mass, kg m^2; 0 (the default) takes a uniform prism's. Its radius of gyration, the root of
   /// inertia over mass, lies in 1e-4 to 10 m.
   double inertia;
+  /// Corners of a polygon that lie within so many metres of the outline without them are left out: planning takes
+  /// longer the more there are. 0 keeps all, 0.01 is the most; -1 (the default) is 0.1 mm, or a hundredth of the
+  /// shape's thickness (twice the area over the perimeter) where that is less. jostle_scene_body_info says what
+  /// became of the outline.
+  double outline_tolerance;
 } jostle_body_def;
 
 /// Names a body of a scene. Plain data: copy and store it as you like; it is valid in the scene that gave it and in
@@ -207,6 +212,18 @@ typedef struct jostle_body_def {
 typedef struct jostle_body {
   uint64_t id;
 } jostle_body;
+
+/// What was made of a body's shape. Frozen: never changes.
+typedef struct jostle_body_info {
+  /// Corners that stand for its outlines; a disc has 32.
+  uint32_t corners;
+  /// Convex pieces.
+  uint32_t pieces;
+  /// Square metres, of the shape as given.
+  double area;
+  /// Greatest distance of a corner that was left out from the outline, metres.
+  double deviation;
+} jostle_body_info;
 
 /// Where a body is, or that it is not there. Frozen: never changes.
 typedef struct jostle_body_pose {
@@ -969,6 +986,17 @@ void jostle_context_free(struct jostle_context *context);
 /// Owns: the caller.
 /// Errors: ARGUMENT (null, a size that no version has).
 jostle_status jostle_body_def_init(struct jostle_body_def *def, size_t size);
+
+/// What was made of a body's shape: how many corners and pieces, and how far its outline went from the given one.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null, zero body), HANDLE, BUSY, NOT_FOUND, POISONED.
+jostle_status jostle_scene_body_info(const struct jostle_scene *scene,
+                                     struct jostle_body body,
+                                     struct jostle_body_info *info);
 
 /// Makes an empty scene: gripper robotiq_2f85, workspace of 0.448 m square centred at (0.5, 0).
 ///

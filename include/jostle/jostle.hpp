@@ -237,6 +237,12 @@ public:
             return jostle_scene_body_name(get(), which, to, room, length);
         });
     }
+    /// What was made of a body's shape.
+    jostle_body_info info(body which) const {
+        jostle_body_info made{};
+        check(jostle_scene_body_info(get(), which, &made));
+        return made;
+    }
     pose2 pose(body which) const {
         pose2 at{};
         check(jostle_scene_get_pose(get(), which, &at));

@@ -138,6 +138,8 @@ impl Recording {
                 friction: 0.5,
                 centre_of_mass: Some([0.0, 0.0]),
                 inertia: Some(shape.izz),
+                // The corners are the recording simulator's own.
+                outline_tolerance: Some(0.0),
                 ..BodyDef::new(footprint.shape)
             })?;
         }

@@ -3,9 +3,11 @@
 use std::ffi::c_char;
 
 use super::abi::{
-    Sized32, boolean, c_pose, init_sized, jostle_pose2, jostle_vec2, optional_text, pose, read_sized, slice, text,
+    Sized32, boolean, c_pose, init_sized, jostle_body, jostle_pose2, jostle_vec2, optional_text, out, pose, read_sized,
+    slice, text,
 };
 use super::guard::guard;
+use super::scene::{jostle_scene, with};
 use super::status::{Failure, Outcome, jostle_status};
 use crate::error::Error;
 use crate::geom::{CompoundPart, Pose2, Shape, check_corner_count};
@@ -65,7 +67,7 @@ pub struct jostle_body_def {
     /// Unique in its scene; null (the default) for "body N".
     pub name: *const c_char,
     /// From the table up, 1e-4 to 10 m: 0.045 by default. A block has its own: leave height, mass, friction,
-    /// centre_of_mass and inertia at their defaults.
+    /// centre_of_mass, inertia and outline_tolerance at their defaults.
     pub height: f64,
     /// 1e-9 to 1000 kg: 0.1 by default.
     pub mass: f64,
@@ -84,7 +86,29 @@ pub struct jostle_body_def {
     /// About the centre of mass, kg m^2; 0 (the default) takes a uniform prism's. Its radius of gyration, the root of
     /// inertia over mass, lies in 1e-4 to 10 m.
     pub inertia: f64,
+    /// Corners of a polygon that lie within so many metres of the outline without them are left out: planning takes
+    /// longer the more there are. 0 keeps all, 0.01 is the most; -1 (the default) is 0.1 mm, or a hundredth of the
+    /// shape's thickness (twice the area over the perimeter) where that is less. jostle_scene_body_info says what
+    /// became of the outline.
+    pub outline_tolerance: f64,
 }
+
+/// What was made of a body's shape. Frozen: never changes.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default)]
+pub struct jostle_body_info {
+    /// Corners that stand for its outlines; a disc has 32.
+    pub corners: u32,
+    /// Convex pieces.
+    pub pieces: u32,
+    /// Square metres, of the shape as given.
+    pub area: f64,
+    /// Greatest distance of a corner that was left out from the outline, metres.
+    pub deviation: f64,
+}
+
+/// The outline tolerance that leaves the choice to the library.
+const AUTOMATIC: f64 = -1.0;
 
 // SAFETY: repr(C), struct_size first, numbers and pointers without padding.
 unsafe impl Sized32 for jostle_body_def {
@@ -112,6 +136,7 @@ unsafe impl Sized32 for jostle_body_def {
             has_centre_of_mass: 0,
             centre_of_mass: jostle_vec2::default(),
             inertia: 0.0,
+            outline_tolerance: AUTOMATIC,
         }
     }
 }
@@ -128,6 +153,35 @@ unsafe impl Sized32 for jostle_body_def {
 pub unsafe extern "C" fn jostle_body_def_init(def: *mut jostle_body_def, size: usize) -> jostle_status {
     // SAFETY: the caller promises `size` writable bytes.
     guard("jostle_body_def_init", |_| unsafe { init_sized(def, "def", size) })
+}
+
+/// What was made of a body's shape: how many corners and pieces, and how far its outline went from the given one.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null, zero body), HANDLE, BUSY, NOT_FOUND, POISONED.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_scene_body_info(
+    scene: *const jostle_scene,
+    body: jostle_body,
+    info: *mut jostle_body_info,
+) -> jostle_status {
+    with("jostle_scene_body_info", scene, |content| {
+        // SAFETY: the caller promises a writable place.
+        let out = unsafe { out(info, "info") }?;
+        let index = content.index(body, "body")?;
+        let model = content.model()?;
+        let footprint = &model.body(index).footprint;
+        out.set(jostle_body_info {
+            corners: footprint.outlines.iter().map(Vec::len).sum::<usize>() as u32,
+            pieces: footprint.pieces.len() as u32,
+            area: footprint.area,
+            deviation: footprint.deviation,
+        });
+        Ok(())
+    })
 }
 
 /// A body that was checked.
@@ -161,6 +215,7 @@ pub(super) unsafe fn read_def(def: *const jostle_body_def) -> Outcome<NewBody> {
         body.centre_of_mass = has_centre.then_some([given.centre_of_mass.x, given.centre_of_mass.y]);
         // Not `> 0`: what is negative or not a number goes on to the check and is refused there.
         body.inertia = (given.inertia != 0.0).then_some(given.inertia);
+        body.outline_tolerance = (given.outline_tolerance != AUTOMATIC).then_some(given.outline_tolerance);
         body
     };
     body.name = name.to_string();
@@ -178,6 +233,7 @@ fn own_measures_only(given: &jostle_body_def) -> Outcome {
         ("def.friction", given.friction, usual.friction),
         ("def.inertia", given.inertia, usual.inertia),
         ("def.has_centre_of_mass", f64::from(given.has_centre_of_mass), 0.0),
+        ("def.outline_tolerance", given.outline_tolerance, usual.outline_tolerance),
     ] {
         if given != usual {
             return Err(Failure::argument(

@@ -3,23 +3,24 @@
 use serde::{Deserialize, Serialize};
 
 use super::decompose::convex_pieces;
-use super::polygon::{
-    area, area_moments, contains_point, convex_hull, disc_polygon, edges, intersection_area, is_convex, is_simple,
-};
+use super::polygon::{area_moments, contains_point, convex_hull, disc_polygon, edges, intersection_area};
 use super::pose::{Pose2, Vec2, vec2};
+use super::simple::outline_fault;
+use super::simplify::{simplified, usual_tolerance};
 use crate::bounds;
 use crate::error::{Error, Result};
 
 /// Corners that stand for a disc where corners are needed (outlines, areas).
 const DISC_CORNERS: usize = 32;
-/// How far a corner may lie inside the hull and the polygon still counts as convex, metres.
-const CONVEX_SLACK: f64 = 1e-7;
+/// The most corners that a body may have once its outlines are simplified, all its parts together; a disc counts as one.
+/// What a push costs grows with them.
+pub const MAX_CORNERS: usize = 512;
 
 /// A planar shape in the body frame, as given. Corners in either direction; metres.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Shape {
-    /// A convex polygon; refused where it is not convex.
+    /// A convex polygon; refused where it is not convex within the tolerance of outlines.
     ConvexPolygon(Vec<[f64; 2]>),
     /// A simple polygon, convex or not, split into convex pieces.
     Polygon(Vec<[f64; 2]>),
@@ -75,9 +76,12 @@ pub struct Footprint {
     pub shape: Shape,
     /// Convex pieces that cover the shape.
     pub pieces: Vec<Piece>,
-    /// Counter-clockwise outlines, one for each part (one unless the shape is a compound).
+    /// Counter-clockwise outlines, one for each part (one unless the shape is a compound), without the corners that
+    /// simplifying left out.
     pub outlines: Vec<Vec<Vec2>>,
-    /// Square metres.
+    /// Greatest distance of a corner that simplifying left out from the outline, metres.
+    pub deviation: f64,
+    /// Square metres, of the shape as given, like centroid and radius of gyration.
     pub area: f64,
     /// Centroid of the area.
     pub centroid: Vec2,
@@ -85,13 +89,23 @@ pub struct Footprint {
     pub gyration_squared: f64,
     /// Greatest distance of a point of the shape from the body's origin.
     pub radius: f64,
+    /// Of the outlines, square metres.
+    outlined: f64,
 }
 
 impl Footprint {
-    /// Checks the shape and prepares it. Errors name the field within the shape.
+    /// Checks the shape and prepares it with every corner. Errors name the field within the shape.
     pub fn new(shape: Shape) -> Result<Footprint> {
+        Self::simplified(shape, Some(0.0))
+    }
+
+    /// As [`Footprint::new`], without the corners that are of no account within a tolerance, metres: where none is asked
+    /// for [`super::OUTLINE_TOLERANCE`], less for thin shapes. No other corner moves, and an outline that is convex
+    /// within the tolerance becomes convex.
+    pub fn simplified(shape: Shape, tolerance: Option<f64>) -> Result<Footprint> {
         let mut parts = Vec::new();
-        collect_parts(&shape, &Pose2::IDENTITY, "shape", 0, &mut parts)?;
+        collect_parts(&shape, &Pose2::IDENTITY, tolerance, "shape", 0, &mut parts)?;
+        check_corners(parts.iter().map(Part::corners).sum(), "shape")?;
         let total: f64 = parts.iter().map(|p| p.area).sum();
         let centroid = parts.iter().map(|p| p.centroid * p.area).sum::<Vec2>() / total;
         let second: f64 = parts.iter().map(|p| p.second + p.area * (p.centroid - centroid).norm_squared()).sum();
@@ -106,6 +120,8 @@ impl Footprint {
         bounds::REACH.check("shape", radius)?;
         let outlines = parts.iter().map(|p| p.outline.clone()).collect();
         Ok(Footprint {
+            deviation: parts.iter().map(|p| p.deviation).fold(0.0, f64::max),
+            outlined: parts.iter().map(|p| p.outlined).sum(),
             shape,
             pieces: parts.into_iter().flat_map(|p| p.pieces).collect(),
             outlines,
@@ -173,7 +189,7 @@ impl Footprint {
             };
             moment += h * h * h / 3.0 * (part(q.dot(&along)) - part(p.dot(&along)));
         }
-        moment / self.area
+        moment / self.outlined
     }
 
     /// Bounding box (least, greatest corner) in the body frame.
@@ -217,12 +233,39 @@ pub(crate) fn corners(piece: &Piece) -> std::borrow::Cow<'_, [Vec2]> {
 struct Part {
     pieces: Vec<Piece>,
     outline: Vec<Vec2>,
+    deviation: f64,
+    outlined: f64,
     area: f64,
     centroid: Vec2,
     second: f64,
 }
 
-fn collect_parts(shape: &Shape, pose: &Pose2, field: &str, depth: usize, out: &mut Vec<Part>) -> Result<()> {
+impl Part {
+    fn corners(&self) -> usize {
+        if let [Piece::Disc { .. }] = self.pieces.as_slice() { 1 } else { self.outline.len() }
+    }
+}
+
+/// Refuses more corners than can be planned with.
+fn check_corners(corners: usize, field: &str) -> Result<()> {
+    if corners <= MAX_CORNERS {
+        return Ok(());
+    }
+    let reason = format!(
+        "has {corners} corners after simplifying, and a body at most {MAX_CORNERS}; give a coarser outline or a greater \
+         outline_tolerance"
+    );
+    Err(Error::argument(field, reason))
+}
+
+fn collect_parts(
+    shape: &Shape,
+    pose: &Pose2,
+    tolerance: Option<f64>,
+    field: &str,
+    depth: usize,
+    out: &mut Vec<Part>,
+) -> Result<()> {
     match shape {
         Shape::Disc { radius } => {
             bounds::RADIUS.check(&format!("{field}.disc.radius"), *radius)?;
@@ -231,13 +274,19 @@ fn collect_parts(shape: &Shape, pose: &Pose2, field: &str, depth: usize, out: &m
             out.push(Part {
                 pieces: vec![Piece::Disc { centre, radius: *radius }],
                 outline: disc_polygon(centre, *radius, DISC_CORNERS),
+                deviation: 0.0,
+                outlined: area,
                 area,
                 centroid: centre,
                 second: area * radius * radius / 2.0,
             });
         }
-        Shape::ConvexPolygon(points) => out.push(polygon_part(points, pose, &format!("{field}.convex_polygon"), true)?),
-        Shape::Polygon(points) => out.push(polygon_part(points, pose, &format!("{field}.polygon"), false)?),
+        Shape::ConvexPolygon(points) => {
+            out.push(polygon_part(points, pose, tolerance, &format!("{field}.convex_polygon"), true)?);
+        }
+        Shape::Polygon(points) => {
+            out.push(polygon_part(points, pose, tolerance, &format!("{field}.polygon"), false)?);
+        }
         Shape::Compound(parts) => {
             if depth > 8 {
                 return Err(Error::argument(field, "compounds are nested more than 8 deep"));
@@ -252,7 +301,7 @@ fn collect_parts(shape: &Shape, pose: &Pose2, field: &str, depth: usize, out: &m
                 bounds::LOCAL.check(&format!("{field}.pose.x"), part.pose.x)?;
                 bounds::LOCAL.check(&format!("{field}.pose.y"), part.pose.y)?;
                 bounds::HEADING.check(&format!("{field}.pose.theta"), part.pose.theta)?;
-                collect_parts(&part.shape, &pose.compose(&part.pose), &field, depth + 1, out)?;
+                collect_parts(&part.shape, &pose.compose(&part.pose), tolerance, &field, depth + 1, out)?;
             }
         }
     }
@@ -279,49 +328,65 @@ fn width(points: &[Vec2]) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
-fn polygon_part(points: &[[f64; 2]], pose: &Pose2, field: &str, must_be_convex: bool) -> Result<Part> {
-    check_corner_count(field, points.len())?;
-    for (i, p) in points.iter().enumerate() {
-        bounds::LOCAL.check_all(&format!("{field}[{i}]"), *p)?;
-        let q = points[(i + 1) % points.len()];
-        if (p[0] - q[0]).hypot(p[1] - q[1]) < 1e-7 {
-            return Err(Error::argument(format!("{field}[{i}]"), "coincides with the next corner; remove one of them"));
-        }
-    }
-    let mut local: Vec<Vec2> = points.iter().map(|p| vec2(p[0], p[1])).collect();
-    if area(&local) < 0.0 {
-        local.reverse();
-    }
-    if !is_simple(&local) {
-        return Err(Error::argument(
-            field,
-            "edges cross or touch each other; give the corners in order round the outline",
-        ));
-    }
+fn polygon_part(
+    points: &[[f64; 2]],
+    pose: &Pose2,
+    tolerance: Option<f64>,
+    field: &str,
+    must_be_convex: bool,
+) -> Result<Part> {
+    let local = checked_outline(points, field)?;
     let frame = pose.frame();
-    let mut outline: Vec<Vec2> = local.iter().map(|&p| frame.point(p)).collect();
-    let (a, centroid, second) = area_moments(&outline);
+    let turned = |points: &[Vec2]| -> Vec<Vec2> { points.iter().map(|&p| frame.point(p)).collect() };
+    let (a, centroid, second) = area_moments(&turned(&local));
     // A polygon that is nearly a line has no hull to measure.
     let said = |what: String, bound: bounds::Bound| {
         move |_| Error::argument(field, format!("{what}; it must lie in {} ({})", bound.range(), bound.why))
     };
     bounds::AREA.check(field, a).map_err(said(format!("has an area of {a:.3e} m^2"), bounds::AREA))?;
-    let wide = width(&outline);
+    let wide = width(&local);
     bounds::WIDTH.check(field, wide).map_err(said(format!("is {wide:.3e} m wide"), bounds::WIDTH))?;
-    let convex = is_convex(&outline, CONVEX_SLACK);
-    if must_be_convex && !convex {
+    let simple = simplified(&local, tolerance.unwrap_or_else(|| usual_tolerance(&local)));
+    if must_be_convex && !simple.convex {
         return Err(Error::argument(field, "is not convex; use a `polygon`, which is split into convex pieces"));
     }
-    let pieces = if convex {
+    check_corners(simple.kept.len(), field)?;
+    let kept: Vec<Vec2> = simple.kept.iter().map(|&i| local[i]).collect();
+    let mut outline = turned(&kept);
+    let outlined = area_moments(&outline).0;
+    let pieces = if simple.convex {
         outline = convex_hull(&outline);
         vec![Piece::Convex(outline.clone())]
     } else {
-        let split = convex_pieces(&outline)
-            .map_err(|_| Error::argument(field, "could not be split into convex pieces; simplify the outline"))?;
-        // Slivers of the triangulation carry no area; the hull takes away their collinear corners.
-        split.iter().map(|p| convex_hull(p)).filter(|p| p.len() >= 3 && area(p) > 1e-9).map(Piece::Convex).collect()
+        // Split before it is turned, so that the pieces are the same whichever way a part lies; the hull takes away
+        // their collinear corners, and what had no area but by rounding.
+        let split = convex_pieces(&kept).map_err(|e| e.within(field))?;
+        split.iter().map(|p| convex_hull(&turned(p))).filter(|p| p.len() >= 3).map(Piece::Convex).collect()
     };
-    Ok(Part { pieces, outline, area: a, centroid, second })
+    Ok(Part { pieces, outline, deviation: simple.deviation, outlined, area: a, centroid, second })
+}
+
+/// The corners, counter-clockwise, if they make an outline. Errors number the corners as they were given.
+fn checked_outline(points: &[[f64; 2]], field: &str) -> Result<Vec<Vec2>> {
+    check_corner_count(field, points.len())?;
+    for (i, p) in points.iter().enumerate() {
+        bounds::LOCAL.check_all(&format!("{field}[{i}]"), *p)?;
+        let next = (i + 1) % points.len();
+        let q = points[next];
+        if (p[0] - q[0]).hypot(p[1] - q[1]) < 1e-7 {
+            let reason = format!("coincides with corner {next}, the next, at ({}, {}); remove one of them", q[0], q[1]);
+            return Err(Error::argument(format!("{field}[{i}]"), reason));
+        }
+    }
+    let mut outline: Vec<Vec2> = points.iter().map(|p| vec2(p[0], p[1])).collect();
+    if let Some(fault) = outline_fault(&outline) {
+        let reason = format!("{}; give the corners in order round the outline", fault.describe(&outline));
+        return Err(Error::argument(field, reason));
+    }
+    if area_moments(&outline).0 < 0.0 {
+        outline.reverse();
+    }
+    Ok(outline)
 }
 
 #[cfg(test)]

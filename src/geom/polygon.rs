@@ -1,6 +1,7 @@
 //! Measures and set operations of polygons given as counter-clockwise lists of corners.
 
 use super::pose::{Vec2, vec2};
+use super::triangulate::orientation;
 
 #[inline]
 pub(crate) fn cross(a: Vec2, b: Vec2) -> f64 {
@@ -44,38 +45,6 @@ pub fn is_convex(points: &[Vec2], slack: f64) -> bool {
     })
 }
 
-/// No two edges cross or touch, other than neighbours in their shared corner.
-pub fn is_simple(points: &[Vec2]) -> bool {
-    let n = points.len();
-    let edge = |i: usize| (points[i], points[(i + 1) % n]);
-    for i in 0..n {
-        let (a, b) = edge(i);
-        // A neighbour may only share its corner: it must not fold back onto this edge.
-        let (_, c) = edge((i + 1) % n);
-        if cross(b - a, c - b).abs() < 1e-18 && (b - a).dot(&(c - b)) < 0.0 {
-            return false;
-        }
-        for j in i + 2..n {
-            if (j + 1) % n != i && segments_touch(a, b, edge(j).0, edge(j).1) {
-                return false;
-            }
-        }
-    }
-    true
-}
-
-fn segments_touch(a: Vec2, b: Vec2, c: Vec2, d: Vec2) -> bool {
-    let on = |p: Vec2, q: Vec2, r: Vec2| {
-        r.x <= p.x.max(q.x) && r.x >= p.x.min(q.x) && r.y <= p.y.max(q.y) && r.y >= p.y.min(q.y)
-    };
-    let (d1, d2) = (cross(b - a, c - a), cross(b - a, d - a));
-    let (d3, d4) = (cross(d - c, a - c), cross(d - c, b - c));
-    if d1 * d2 < 0.0 && d3 * d4 < 0.0 {
-        return true;
-    }
-    (d1 == 0.0 && on(a, b, c)) || (d2 == 0.0 && on(a, b, d)) || (d3 == 0.0 && on(c, d, a)) || (d4 == 0.0 && on(c, d, b))
-}
-
 /// The point lies inside or on the border of a simple polygon.
 pub fn contains_point(points: &[Vec2], p: Vec2) -> bool {
     let mut inside = false;
@@ -91,21 +60,45 @@ pub fn contains_point(points: &[Vec2], p: Vec2) -> bool {
     inside
 }
 
-/// The convex hull, counter-clockwise, without collinear corners (monotone chain).
+/// Twice the area by which a corner of a hull may stand out and still be taken for straight, square metres.
+const STRAIGHT: f64 = 1e-15;
+
+/// The convex hull, counter-clockwise from the leftmost corner, without corners that are straight but for rounding.
 pub fn convex_hull(points: &[Vec2]) -> Vec<Vec2> {
-    let mut p = points.to_vec();
-    p.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
-    p.dedup();
-    if p.len() < 3 {
-        return p;
+    let exact = hull_corners(points);
+    let mut hull: Vec<Vec2> = Vec::with_capacity(exact.len());
+    let straight = |a: Vec2, b: Vec2, c: Vec2| cross(b - a, c - b) <= STRAIGHT;
+    for q in exact.into_iter().map(|i| points[i]) {
+        while hull.len() > 1 && straight(hull[hull.len() - 2], hull[hull.len() - 1], q) {
+            hull.pop();
+        }
+        hull.push(q);
     }
-    let mut hull: Vec<Vec2> = Vec::with_capacity(p.len() + 1);
+    while hull.len() > 2 && straight(hull[hull.len() - 2], hull[hull.len() - 1], hull[0]) {
+        hull.pop();
+    }
+    while hull.len() > 2 && straight(hull[hull.len() - 1], hull[0], hull[1]) {
+        hull.remove(0);
+    }
+    hull
+}
+
+/// Indices of the corners of the convex hull, counter-clockwise from the leftmost (monotone chain), by exact signs: where
+/// many points lie on a line but for rounding, a tolerance on the way could lose the ends of the line.
+pub(super) fn hull_corners(points: &[Vec2]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..points.len()).collect();
+    order.sort_by(|&i, &j| points[i].x.total_cmp(&points[j].x).then(points[i].y.total_cmp(&points[j].y)));
+    order.dedup_by(|i, j| points[*i] == points[*j]);
+    if order.len() < 3 {
+        return order;
+    }
+    let mut hull: Vec<usize> = Vec::with_capacity(order.len() + 1);
     for pass in 0..2 {
         let floor = hull.len() + 1;
-        for i in 0..p.len() {
-            let q = if pass == 0 { p[i] } else { p[p.len() - 1 - i] };
+        for k in 0..order.len() {
+            let q = if pass == 0 { order[k] } else { order[order.len() - 1 - k] };
             while hull.len() > floor
-                && cross(hull[hull.len() - 1] - hull[hull.len() - 2], q - hull[hull.len() - 1]) <= 1e-15
+                && orientation(points[hull[hull.len() - 2]], points[hull[hull.len() - 1]], points[q]) <= 0.0
             {
                 hull.pop();
             }
@@ -170,13 +163,6 @@ mod tests {
     }
 
     #[test]
-    fn a_bow_tie_is_not_simple() {
-        assert!(!is_simple(&[vec2(0., 0.), vec2(1., 1.), vec2(1., 0.), vec2(0., 1.)]));
-        assert!(is_simple(&square(0., 0., 1.)));
-        assert!(!is_simple(&[vec2(0., 0.), vec2(1., 0.), vec2(0.5, 0.0), vec2(0.5, 1.0)]), "folds back");
-    }
-
-    #[test]
     fn clipping_overlapping_squares() {
         assert!((intersection_area(&square(0., 0., 1.), &square(0.5, 0.5, 1.)) - 0.25).abs() < 1e-12);
         assert_eq!(intersection_area(&square(0., 0., 1.), &square(2., 0., 1.)), 0.0);
@@ -189,6 +175,23 @@ mod tests {
         let h = convex_hull(&p);
         assert_eq!(h.len(), 4);
         assert!((area(&h) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_hull_keeps_the_ends_of_lines_that_rounding_bends() {
+        // Points along the sides of a rectangle, off them by rounding, at every turn.
+        for turn in 0..360 {
+            let (sin, cos) = (f64::from(turn) * std::f64::consts::PI / 180.0).sin_cos();
+            let side = |k: usize, t: f64| {
+                let p = [vec2(t, 0.0), vec2(1.0, 2.0 * t), vec2(1.0 - t, 2.0), vec2(0.0, 2.0 - 2.0 * t)][k] * 0.03;
+                let noise = 1e-17 * f64::from((turn * 31 + (t * 80.0) as i32 * 17) % 7 - 3);
+                vec2(p.x * cos - p.y * sin + noise, p.x * sin + p.y * cos - noise)
+            };
+            let points: Vec<Vec2> = (0..4).flat_map(|k| (0..8).map(move |i| side(k, f64::from(i) / 8.0))).collect();
+            let hull = convex_hull(&points);
+            assert_eq!(hull.len(), 4, "{turn}: {hull:?}");
+            assert!((area(&hull) - 1.8e-3).abs() < 1e-15, "{turn}: {}", area(&hull));
+        }
     }
 
     #[test]

@@ -69,6 +69,8 @@ struct BodyEntry {
     centre_of_mass: Option<[f64; 2]>,
     #[serde(skip_serializing_if = "Option::is_none")]
     inertia: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    outline_tolerance: Option<f64>,
     pose: Pose2,
     #[serde(default = "yes", skip_serializing_if = "is_true")]
     present: bool,
@@ -107,6 +109,7 @@ impl BodyEntry {
         def.pushable = self.pushable.unwrap_or(def.pushable);
         def.centre_of_mass = self.centre_of_mass;
         def.inertia = self.inertia;
+        def.outline_tolerance = self.outline_tolerance;
         Ok(def)
     }
 
@@ -131,6 +134,7 @@ impl BodyEntry {
             pushable: (def.pushable != base.pushable).then_some(def.pushable),
             centre_of_mass: def.centre_of_mass,
             inertia: def.inertia,
+            outline_tolerance: def.outline_tolerance,
             pose,
             present,
             goal,

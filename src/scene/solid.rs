@@ -65,6 +65,10 @@ pub(super) fn lay_down(
         let shadow: Vec<Vec2> = solid.iter().map(|p| vec2(p.dot(&along), p.dot(&across))).collect();
         let mut hull = convex_hull(&shadow);
         hull.dedup_by(|b, a| (*b - *a).norm() < SAME_CORNER);
+        // The last corner has the first beside it.
+        while hull.len() > 3 && (hull[0] - hull[hull.len() - 1]).norm() < SAME_CORNER {
+            hull.pop();
+        }
         def.shape = Shape::ConvexPolygon(hull.into_iter().map(|p| [p.x, p.y]).collect());
     }
     def.height = highest - lowest;

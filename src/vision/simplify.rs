@@ -1,6 +1,6 @@
 //! From an outline of many points to few corners, or to a disc.
 
-use crate::geom::{Vec2, area, is_simple, vec2};
+use crate::geom::{Vec2, area, is_simple, kept_corners, run, vec2};
 
 /// Angles of corners with a smaller sine are too blunt to be found by intersecting their sides.
 const BLUNT: f64 = 0.17;
@@ -63,7 +63,7 @@ fn with(
     first: f64,
     discs: bool,
 ) -> Option<(Simple, Deviation)> {
-    let kept = corners_of(outline, centroid, tolerance);
+    let kept = kept_corners(outline, centroid, tolerance, |_| true);
     if kept.len() < 3 {
         return None;
     }
@@ -103,49 +103,8 @@ fn scaled(corners: Vec<Vec2>, wanted: f64) -> Vec<Vec2> {
     corners.into_iter().map(|p| centroid + (p - centroid) * factor).collect()
 }
 
-/// Indices of the points that remain when those nearer than `tolerance` to the line between their neighbours go
-/// (Ramer 1972, Douglas and Peucker 1973), beginning at the point farthest from the centroid.
-fn corners_of(outline: &[Vec2], centroid: Vec2, tolerance: f64) -> Vec<usize> {
-    let n = outline.len();
-    let farthest = |from: Vec2| {
-        (0..n).fold((0, -1.0), |best, i| {
-            let d = (outline[i] - from).norm_squared();
-            if d > best.1 { (i, d) } else { best }
-        })
-    };
-    let (first, _) = farthest(centroid);
-    let (second, _) = farthest(outline[first]);
-    if first == second {
-        return Vec::new();
-    }
-    let mut kept = vec![first, second];
-    let mut runs = vec![run(outline, first, second), run(outline, second, first)];
-    while let Some((from, to)) = runs.pop() {
-        let (a, b) = (outline[from % n], outline[to % n]);
-        let along = b - a;
-        let length = along.norm().max(f64::MIN_POSITIVE);
-        let mut worst = (0, tolerance);
-        for i in from + 1..to {
-            let p = outline[i % n] - a;
-            let t = (p.dot(&along) / (length * length)).clamp(0.0, 1.0);
-            let d = (p - along * t).norm();
-            if d > worst.1 {
-                worst = (i, d);
-            }
-        }
-        if worst.0 != 0 {
-            kept.push(worst.0 % n);
-            runs.push((from, worst.0));
-            runs.push((worst.0, to));
-        }
-    }
-    kept.sort_unstable();
-    kept.dedup();
-    kept
-}
-
 /// Takes corners away, the least missed first, while the refitted polygon stays within a part of the tolerance: the
-/// steps of the pixels make such corners, and the points at which [`corners_of`] begins.
+/// steps of the pixels make such corners, and the points at which [`kept_corners`] begins.
 fn merged(outline: &[Vec2], mut kept: Vec<usize>, tolerance: f64) -> Vec<usize> {
     const PART: f64 = 0.9;
     // More corners are those of a ragged outline, which stays ragged; trying them all would take long.
@@ -171,11 +130,6 @@ fn merged(outline: &[Vec2], mut kept: Vec<usize>, tolerance: f64) -> Vec<usize> 
         kept.remove(best.0);
     }
     kept
-}
-
-/// The indices from one corner to another, which may pass the end of the outline.
-fn run(outline: &[Vec2], from: usize, to: usize) -> (usize, usize) {
-    (from, if to > from { to } else { to + outline.len() })
 }
 
 /// The corners where lines fitted to the sides meet: the points between two corners are many, and tell the side better

@@ -115,7 +115,7 @@ static void bad_bodies(void)
     DEF(def.points = NULL, ARGUMENT, "def.points: is null, but its count is 4");
     DEF(def.point_count = 2, ARGUMENT, "def.points: has 2 corners");
     DEF(def.point_count = (size_t)-1, ARGUMENT, "def.points: has 18446744073709551615 corners");
-    DEF(def.points = bow_tie, ARGUMENT, "def.points: edges cross");
+    DEF(def.points = bow_tie, ARGUMENT, "def.points: edge 0 from (0, 0) to (0.05, 0.05) crosses edge 2 from ");
     DEF((def.points = bay, def.shape = JOSTLE_SHAPE_CONVEX_POLYGON), ARGUMENT, "def.points: is not convex");
     DEF((def.points = hole, def.point_count = 3), ARGUMENT, "def.points[1]: is ");
     DEF(def.points = twice, ARGUMENT, "def.points[1]: coincides");
@@ -143,6 +143,8 @@ static void bad_bodies(void)
     DEF(def.friction = -1, ARGUMENT, "def.friction: is -1");
     DEF(def.friction = NOT_A_NUMBER, ARGUMENT, "def.friction: ");
     DEF(def.inertia = -1, ARGUMENT, "def.inertia: is -1");
+    DEF(def.outline_tolerance = 0.02, ARGUMENT, "def.outline_tolerance: is 0.02");
+    DEF(def.outline_tolerance = NOT_A_NUMBER, ARGUMENT, "def.outline_tolerance: ");
     DEF((def.has_centre_of_mass = 1, def.centre_of_mass.x = NOT_A_NUMBER), ARGUMENT, "def.centre_of_mass: ");
     DEF(def.has_centre_of_mass = 2, ARGUMENT, "def.has_centre_of_mass: is 2");
     DEF(def.pickable = 2, ARGUMENT, "def.pickable: is 2");

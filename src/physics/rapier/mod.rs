@@ -20,6 +20,8 @@ use crate::error::Result;
 use crate::geom::{Piece, Vec2};
 use crate::run::Stop;
 use crate::scene::Scene;
+use rapier2d::geometry::ConvexPolygon;
+use rapier2d::parry::shape::RoundShape;
 use rapier2d::prelude::{MassProperties, SharedShape, Vector};
 
 /// The engine prepared for one scene.
@@ -137,13 +139,75 @@ fn bordered(piece: &Piece, border: f64) -> SharedShape {
         Piece::Disc { radius, .. } => SharedShape::ball((radius + border) as f32),
         Piece::Convex(points) => {
             let corners: Vec<Vector> = points.iter().map(|&p| vector(p)).collect();
-            let shape = if border > 0.0 {
-                SharedShape::round_convex_polyline(corners.clone(), border as f32)
-            } else {
-                SharedShape::convex_polyline(corners.clone())
+            let bordered = |inner_shape: ConvexPolygon| {
+                if border > 0.0 {
+                    SharedShape::new(RoundShape { inner_shape, border_radius: border as f32 })
+                } else {
+                    SharedShape::new(inner_shape)
+                }
             };
-            // A piece is convex and has an area, so this is not reached; a point cloud's hull is the same shape.
-            shape.unwrap_or_else(|| SharedShape::convex_hull(&corners).unwrap_or_else(|| SharedShape::ball(1e-3)))
+            // Unmodified: the other ways to make a polygon drop corners where its sides turn by less than 1.5 degrees,
+            // one after the other, so that a finely cut arc becomes its chord. A piece is convex and has an area: the
+            // rest is reached only by corners that are one in single precision.
+            ConvexPolygon::from_convex_polyline_unmodified(corners.clone())
+                .or_else(|| ConvexPolygon::from_convex_hull(&corners))
+                .map_or_else(|| SharedShape::ball(1e-3), bordered)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::action::Push;
+    use crate::geom::{Footprint, Pose2, Shape, vec2};
+    use crate::scene::{BodyDef, SceneBuilder, State};
+
+    /// A quarter of a disc, its arc cut into segments.
+    fn quarter(radius: f64, segments: u32) -> Shape {
+        let at = |i: u32| {
+            let angle = std::f64::consts::FRAC_PI_2 * f64::from(i) / f64::from(segments);
+            [radius * angle.cos(), radius * angle.sin()]
+        };
+        Shape::ConvexPolygon(std::iter::once([0.0, 0.0]).chain((0..=segments).map(at)).collect())
+    }
+
+    #[test]
+    fn a_piece_keeps_every_corner_however_finely_it_is_cut() {
+        for segments in [2, 10, 59, 60, 61, 120, 240, 480] {
+            for radius in [0.01, 0.045, 0.2] {
+                let footprint = Footprint::new(quarter(radius, segments)).unwrap();
+                for border in [0.0, 0.0004, 0.001] {
+                    let shape = bordered(&footprint.pieces[0], border);
+                    let plain = shape.as_convex_polygon();
+                    let round = shape.as_round_convex_polygon().map(|round| &round.inner_shape);
+                    assert!(plain.is_some() == (border == 0.0) && round.is_some() == (border > 0.0));
+                    let corners = plain.or(round).map(|polygon| polygon.points().len());
+                    assert_eq!(corners, Some(segments as usize + 2), "radius {radius}, border {border}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn how_finely_an_arc_is_cut_does_not_matter_to_a_push() {
+        let ends: Vec<Pose2> = [30, 59, 60, 120]
+            .into_iter()
+            .map(|segments| {
+                let mut builder = SceneBuilder::new();
+                builder
+                    .add_body(BodyDef { outline_tolerance: Some(0.0), ..BodyDef::new(quarter(0.045, segments)) })
+                    .unwrap();
+                let engine = Rapier::new(Arc::new(builder.build().unwrap()), RapierSettings::fast()).unwrap();
+                // The arc faces the tip.
+                let state = State::new([Pose2::new(0.5, 0.0, std::f64::consts::PI * 0.75)]);
+                let push = Push::new(vec2(0.42, 0.004), vec2(0.53, 0.004));
+                engine.step(&mut engine.scratch(), &state, &push, &Stop::never()).state.pose(0)
+            })
+            .collect();
+        for end in &ends {
+            let apart = (end.position() - ends[0].position()).norm();
+            assert!(end.x > 0.55 && apart < 1.5e-3, "{ends:?}");
         }
     }
 }
