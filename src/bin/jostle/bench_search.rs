@@ -9,10 +9,11 @@ use jostle::physics::{PhysicsOptions, Purpose};
 use jostle::plan::{Control, PLANNERS, Planner, PlannerOptions};
 use jostle::run::{Budget, CancelToken, Key};
 use jostle::scene::generate::{Generator, GeneratorParams};
-use jostle::scene::{Input, InputKind, Problem};
+use jostle::scene::{Input, InputKind, MAX_BODIES, Problem};
 use serde::Serialize;
 
 use crate::args::{BenchSearchArgs, ProfileArg};
+use crate::bench_limits::{self, Limits};
 use crate::output::{self, Failure, Machine, Outcome};
 use crate::table::{Table, number};
 
@@ -30,6 +31,14 @@ const STARTS: usize = 10;
 
 #[derive(Serialize)]
 struct Report {
+    #[serde(flatten)]
+    search: Option<SearchReport>,
+    /// Every planner with few and many bodies, at short and long limits, and cancelled.
+    limits: Limits,
+}
+
+#[derive(Serialize)]
+struct SearchReport {
     version: &'static str,
     machine: Machine,
     scene: String,
@@ -61,15 +70,15 @@ struct Deadline {
 }
 
 #[derive(Serialize)]
-struct Tail {
-    count: usize,
-    p50_ms: f64,
-    p99_ms: f64,
-    max_ms: f64,
+pub struct Tail {
+    pub count: usize,
+    pub p50_ms: f64,
+    pub p99_ms: f64,
+    pub max_ms: f64,
 }
 
 impl Tail {
-    fn of(ms: &[f64]) -> Tail {
+    pub fn of(ms: &[f64]) -> Tail {
         Tail {
             count: ms.len(),
             p50_ms: statistics::median(ms),
@@ -97,10 +106,24 @@ struct FirstPlan {
 }
 
 pub fn run(args: &BenchSearchArgs) -> Outcome<()> {
-    let mut options = args.planner.options()?;
+    let options = args.planner.options()?;
     if args.decisions == 0 {
         return Err(Failure::usage("decisions: is 0; at least one is needed"));
     }
+    if args.each < 4 {
+        return Err(Failure::usage(format!("each: is {}; at least 4 are needed, one for each limit", args.each)));
+    }
+    if let Some(bodies) = args.bodies.iter().find(|n| !(1..=MAX_BODIES).contains(*n)) {
+        return Err(Failure::usage(format!("bodies: is {bodies}; it must lie in 1..={MAX_BODIES}")));
+    }
+    let search = if args.limits_only { None } else { Some(search(args, &options)?) };
+    let report = Report { search, limits: bench_limits::measure(args, options.seed)? };
+    let first = report.search.as_ref().map(text).unwrap_or_default();
+    output::report(args.json.json.as_deref(), &report, &format!("{first}{}", bench_limits::text(&report.limits)))
+}
+
+fn search(args: &BenchSearchArgs, options: &PlannerOptions) -> Outcome<SearchReport> {
+    let mut options = options.clone();
     let mut problem = match &args.scene {
         Some(path) => {
             let input = Input::read(path)?;
@@ -115,7 +138,7 @@ pub fn run(args: &BenchSearchArgs) -> Outcome<()> {
         problem = with_gripper(&problem, &gripper)?;
     }
     let bench = Bench { endless: unsolvable(&problem)?, problem, options };
-    let report = Report {
+    Ok(SearchReport {
         version: env!("CARGO_PKG_VERSION"),
         machine: Machine::this(),
         scene: bench.problem.name.clone(),
@@ -126,8 +149,7 @@ pub fn run(args: &BenchSearchArgs) -> Outcome<()> {
         cancel: bench.cancel((args.decisions / 5).max(1))?,
         same_plan: bench.same_plan()?,
         first_plan: bench.first_plan()?,
-    };
-    output::report(args.json.json.as_deref(), &report, &text(&report))
+    })
 }
 
 /// A generated problem of seven bodies that needs a push.
@@ -287,7 +309,7 @@ impl Bench {
     }
 }
 
-fn text(r: &Report) -> String {
+fn text(r: &SearchReport) -> String {
     let mut table = Table::new(["", "p50", "p99", "max"]);
     let mut tail = |name: String, t: &Tail, digits: usize| {
         table.row([
@@ -315,7 +337,7 @@ fn text(r: &Report) -> String {
     let same = if r.same_plan.equal { "the same plan" } else { "NOT the same plan" };
     let threads: Vec<String> = r.same_plan.hash_by_threads.keys().map(usize::to_string).collect();
     format!(
-        "{}: {} bodies\n\n{table}\n{bookkeeping}{same} at {} threads ({} iterations)\n",
+        "{}: {} bodies\n\n{table}\n{bookkeeping}{same} at {} threads ({} iterations)\n\n",
         r.scene,
         r.bodies,
         threads.join(", "),

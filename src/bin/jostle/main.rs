@@ -6,6 +6,7 @@
 mod args;
 mod assess;
 mod bench_image;
+mod bench_limits;
 mod bench_net;
 mod bench_path;
 mod bench_push;

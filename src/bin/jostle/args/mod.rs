@@ -66,7 +66,8 @@ pub enum Command {
 pub enum BenchCommand {
     /// Pushes a second of every preset, on one thread and on two
     Push(BenchPushArgs),
-    /// The search: cost of its bookkeeping, punctuality, reaction to cancelling, sameness at any number of threads
+    /// The search: cost of its bookkeeping, punctuality, reaction to cancelling, sameness at any number of threads; every
+    /// planner's limits and cancels
     Search(BenchSearchArgs),
     /// Path queries of one body among others: answers a second, on one thread
     Path(BenchPathArgs),
@@ -475,6 +476,18 @@ pub struct BenchSearchArgs {
     /// Decisions to measure punctuality with
     #[arg(long, default_value_t = 1000, value_name = "N")]
     pub decisions: usize,
+    /// Nothing but how every planner keeps limits of 1, 5, 20 and 100 ms and obeys a cancel
+    #[arg(long, conflicts_with_all = ["scene", "decisions"])]
+    pub limits_only: bool,
+    /// The planners of that part [default: all of them]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub planners: Vec<String>,
+    /// Its numbers of bodies
+    #[arg(long, value_name = "N", value_delimiter = ',', default_value = "5,10,20,40,128")]
+    pub bodies: Vec<usize>,
+    /// Its decisions of every planner with every number of bodies: a quarter at each limit, and as many cancelled ones
+    #[arg(long, default_value_t = 300, value_name = "N")]
+    pub each: usize,
     #[command(flatten)]
     pub json: JsonArgs,
 }
