@@ -208,6 +208,7 @@ impl Scorer for Moved {
         states: &[&State],
         target: usize,
         out: &mut [GraspAssessment],
+        _: &Stop,
     ) {
         for (state, out) in states.iter().zip(out) {
             let far = (state.pose(target).position() - self.before.pose(target).position()).norm() > 0.02;
@@ -291,9 +292,10 @@ impl Scorer for Counted {
         states: &[&State],
         target: usize,
         out: &mut [GraspAssessment],
+        stop: &Stop,
     ) {
         self.asked.fetch_add(states.len(), Ordering::Relaxed);
-        self.inner.assess(scratch, scene, states, target, out);
+        self.inner.assess(scratch, scene, states, target, out, stop);
     }
 }
 

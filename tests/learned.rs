@@ -69,7 +69,7 @@ impl MotionModel for CarriesAlong {
         4
     }
 
-    fn predict(&self, batch: &ObjectBatch, motions: &mut Vec<[f32; 3]>) -> Result<()> {
+    fn predict(&self, batch: &ObjectBatch, motions: &mut Vec<[f32; 3]>, _: &Stop) -> Result<()> {
         motions.clear();
         for item in 0..batch.items() {
             let length = batch.push_length(item);
@@ -88,7 +88,7 @@ impl MotionModel for CarriesAlong {
 struct Alone(f64);
 
 impl TargetProbability for Alone {
-    fn probability(&self, _: &mut ImageScratch, _: &Scene, state: &State, target: usize) -> Result<f64> {
+    fn probability(&self, _: &mut ImageScratch, _: &Scene, state: &State, target: usize, _: &Stop) -> Result<f64> {
         let here = state.pose(target).position();
         let near = state.iter().filter(|(i, p)| *i != target && (p.position() - here).norm() < self.0).count();
         Ok(1.0 / (1.0 + near as f64))
@@ -246,6 +246,7 @@ impl GraspMap for AcrossRow {
         target: usize,
         _: usize,
         found: &mut Vec<MapGrasp>,
+        _: &Stop,
     ) -> Result<()> {
         let position = state.pose(target).position();
         let near = state.iter().any(|(i, p)| i != target && (p.position() - position).norm() < 0.055);

@@ -312,7 +312,7 @@ impl MotionModel for Straight {
         4
     }
 
-    fn predict(&self, batch: &ObjectBatch, motions: &mut Vec<[f32; 3]>) -> jostle::Result<()> {
+    fn predict(&self, batch: &ObjectBatch, motions: &mut Vec<[f32; 3]>, _: &Stop) -> jostle::Result<()> {
         motions.clear();
         if self.fails {
             return Err(Error::Internal("broken".into()));
@@ -423,16 +423,17 @@ fn networks_on_images_answer_within_their_ranges_and_alike() {
     let (scene, state, _) = clutter();
     let load = |name: &str| Model::load(net(name), None, &LoadOptions::default()).unwrap();
     let (gc, gn) = (Gc::new(load("gc")).unwrap(), Gn::new(load("gn")).unwrap());
-    let mut scratch = ImageScratch::default();
-    let first = gc.probability(&mut scratch, &scene, &state, 0).unwrap();
+    let (mut scratch, never) = (ImageScratch::default(), Stop::never());
+    let first = gc.probability(&mut scratch, &scene, &state, 0, &never).unwrap();
     assert!((0.0..=1.0).contains(&first));
-    assert_ne!(first, gc.probability(&mut scratch, &scene, &state, 2).unwrap(), "it sees the target");
-    assert_eq!(first.to_bits(), gc.probability(&mut ImageScratch::default(), &scene, &state, 0).unwrap().to_bits());
+    assert_ne!(first, gc.probability(&mut scratch, &scene, &state, 2, &never).unwrap(), "it sees the target");
+    let again = gc.probability(&mut ImageScratch::default(), &scene, &state, 0, &never).unwrap();
+    assert_eq!(first.to_bits(), again.to_bits());
     let mut found = Vec::new();
-    gn.best(&mut scratch, &scene, &state, 1, 40, &mut found).unwrap();
+    gn.best(&mut scratch, &scene, &state, 1, 40, &mut found, &never).unwrap();
     assert_eq!(found.len(), 40);
     assert!(found.windows(2).all(|pair| pair[0].quality >= pair[1].quality));
-    let (cells, quality) = gn.map(&mut scratch, &scene, &state, 1).unwrap();
+    let (cells, quality) = gn.map(&mut scratch, &scene, &state, 1, &never).unwrap();
     assert_eq!((cells.rows, cells.pixel), (16, 0.004));
     let greatest = quality.iter().copied().fold(0.0, f32::max);
     assert_eq!(found[0].quality, f64::from(greatest));
@@ -475,7 +476,7 @@ fn a_scorer_by_name_wants_the_gripper_of_its_network() {
         let networks = Networks::new(name, load(name)).unwrap();
         let scorer = scorer(name, &scene, &networks).unwrap();
         let mut out = [GraspAssessment::default()];
-        scorer.assess(scorer.scratch().as_mut(), &scene, &[&state], 0, &mut out);
+        scorer.assess(scorer.scratch().as_mut(), &scene, &[&state], 0, &mut out, &Stop::never());
         assert!((0.0..=1.0).contains(&out[0].score) && (0.0..=1.0).contains(&out[0].nearness), "{out:?}");
         let mut builder = scene.to_builder();
         builder.gripper(jostle::scene::Gripper::dissertation_mask());

@@ -117,7 +117,7 @@ fn execute(
     }
     let scorer = GeometricScorer::new(&problem.scene, GraspParams::default())?;
     let mut found = [GraspAssessment::default()];
-    scorer.assess(scorer.scratch().as_mut(), &problem.scene, &[&state], problem.target, &mut found);
+    scorer.assess(scorer.scratch().as_mut(), &problem.scene, &[&state], problem.target, &mut found, &Stop::never());
     let freed = found[0].grasp.is_some() && found[0].score >= solved_score;
     Ok(if freed { End::Freed } else { End::Held })
 }

@@ -179,11 +179,12 @@ impl Decider {
         }
     }
 
-    /// Bytes of the search tree; the other planners keep none between decisions.
+    /// Bytes of the search tree, or of the pushes that were judged; planners of rearrangements do not count theirs.
     pub fn memory_bytes(&self) -> usize {
         match self {
             Decider::Retrieve(planner) => planner.memory_bytes(),
-            Decider::Rearrange { .. } | Decider::Clear(_) => 0,
+            Decider::Clear(planner) => planner.memory_bytes(),
+            Decider::Rearrange { .. } => 0,
         }
     }
 }

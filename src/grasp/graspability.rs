@@ -8,6 +8,7 @@ use super::scorer::{GraspAssessment, Scorer};
 use super::test::{GraspScratch, GraspTest};
 use crate::error::Result;
 use crate::net::{ImageScratch, TargetProbability};
+use crate::run::Stop;
 use crate::scene::{Scene, State};
 
 /// Nearness of a state that the network would grasp although no grasp is found, and the bound of all that it would not.
@@ -35,10 +36,10 @@ impl GraspabilityScorer {
         Ok(Self { network, test: GraspTest::new(GraspParams::default())?.prepared(scene) })
     }
 
-    fn one(&self, memory: &mut Memory, scene: &Scene, state: &State, target: usize) -> GraspAssessment {
+    fn one(&self, memory: &mut Memory, scene: &Scene, state: &State, target: usize, stop: &Stop) -> GraspAssessment {
         let possible = target < scene.len() && state.is_present(target) && scene.body(target).pickable;
         let probability = match possible {
-            true => self.network.probability(&mut memory.image, scene, state, target).unwrap_or(0.0),
+            true => self.network.probability(&mut memory.image, scene, state, target, stop).unwrap_or(0.0),
             false => 0.0,
         };
         let threshold = self.network.threshold();
@@ -72,11 +73,20 @@ impl Scorer for GraspabilityScorer {
         states: &[&State],
         target: usize,
         out: &mut [GraspAssessment],
+        stop: &Stop,
     ) {
         let mut fresh = Memory::default();
         let memory = scratch.downcast_mut::<Memory>().unwrap_or(&mut fresh);
         for (state, out) in states.iter().zip(out) {
-            *out = self.one(memory, scene, state, target);
+            if stop.requested() {
+                return;
+            }
+            let found = self.one(memory, scene, state, target, stop);
+            // A network that was interrupted has said nothing.
+            if stop.requested() {
+                return;
+            }
+            *out = found;
         }
     }
 }

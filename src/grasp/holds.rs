@@ -19,10 +19,8 @@ impl Jaw {
         let mut gripper = scene.gripper().clone();
         gripper.grasp.finger_clearance = 0.0;
         gripper.grasp.fit = 0.0;
-        let mut builder = scene.to_builder();
-        builder.gripper(gripper);
         Ok(Jaw {
-            scene: builder.build()?,
+            scene: scene.with_gripper(gripper)?,
             test: GraspTest::new(GraspParams::default())?,
             scratch: GraspScratch::default(),
         })

@@ -9,6 +9,7 @@ use super::test::{GraspScratch, GraspTest};
 use crate::action::Grasp;
 use crate::error::Result;
 use crate::net::{GraspMap, ImageScratch, MapGrasp};
+use crate::run::Stop;
 use crate::scene::{Scene, State};
 
 /// Bound of the nearness where no grasp counts.
@@ -47,14 +48,14 @@ impl MapScorer {
         Self { checked: true, ..self }
     }
 
-    fn one(&self, memory: &mut Memory, scene: &Scene, state: &State, target: usize) -> GraspAssessment {
+    fn one(&self, memory: &mut Memory, scene: &Scene, state: &State, target: usize, stop: &Stop) -> GraspAssessment {
         let none = GraspAssessment::default();
         if target >= scene.len() || !state.is_present(target) || !scene.body(target).pickable {
             return none;
         }
         let Memory { image, grasp: scratch, found } = memory;
         let most = if self.checked { EXAMINED } else { 1 };
-        if self.network.best(image, scene, state, target, most, found).is_err() {
+        if self.network.best(image, scene, state, target, most, found, stop).is_err() {
             return none;
         }
         let threshold = self.network.threshold();
@@ -97,11 +98,20 @@ impl Scorer for MapScorer {
         states: &[&State],
         target: usize,
         out: &mut [GraspAssessment],
+        stop: &Stop,
     ) {
         let mut fresh = Memory::default();
         let memory = scratch.downcast_mut::<Memory>().unwrap_or(&mut fresh);
         for (state, out) in states.iter().zip(out) {
-            *out = self.one(memory, scene, state, target);
+            if stop.requested() {
+                return;
+            }
+            let found = self.one(memory, scene, state, target, stop);
+            // A network that was interrupted has said nothing.
+            if stop.requested() {
+                return;
+            }
+            *out = found;
         }
     }
 }

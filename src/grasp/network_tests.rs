@@ -6,13 +6,14 @@ use super::{GraspAssessment, GraspabilityScorer, MapScorer, Scorer};
 use crate::error::{Error, Result};
 use crate::geom::{Pose2, Shape, vec2};
 use crate::net::{GraspMap, ImageScratch, MapGrasp, TargetProbability};
+use crate::run::Stop;
 use crate::scene::{BodyDef, Scene, SceneBuilder, State};
 
 /// Says the same of every state.
 struct Says(f64);
 
 impl TargetProbability for Says {
-    fn probability(&self, _: &mut ImageScratch, _: &Scene, _: &State, _: usize) -> Result<f64> {
+    fn probability(&self, _: &mut ImageScratch, _: &Scene, _: &State, _: usize, _: &Stop) -> Result<f64> {
         if self.0.is_nan() { Err(Error::Internal("broken".into())) } else { Ok(self.0) }
     }
 
@@ -33,6 +34,7 @@ impl GraspMap for Offers {
         _: usize,
         most: usize,
         found: &mut Vec<MapGrasp>,
+        _: &Stop,
     ) -> Result<()> {
         found.clear();
         found.extend(self.0.iter().take(most));
@@ -56,7 +58,7 @@ fn scene(pitch: f64) -> (Scene, State) {
 
 fn assess(scorer: &dyn Scorer, scene: &Scene, state: &State, target: usize) -> GraspAssessment {
     let mut out = [GraspAssessment::default()];
-    scorer.assess(scorer.scratch().as_mut(), scene, &[state], target, &mut out);
+    scorer.assess(scorer.scratch().as_mut(), scene, &[state], target, &mut out, &Stop::never());
     out[0]
 }
 

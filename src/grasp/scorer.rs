@@ -8,6 +8,7 @@ use super::params::GraspParams;
 use super::test::{GraspScratch, GraspTest};
 use crate::action::Grasp;
 use crate::error::Result;
+use crate::run::Stop;
 use crate::scene::{Scene, State};
 
 /// What a scorer says of a state.
@@ -33,7 +34,8 @@ pub trait Scorer: Send + Sync {
     /// Working memory for one thread.
     fn scratch(&self) -> Box<dyn Any + Send>;
 
-    /// Assesses `states[i]` into `out[i]`, as many as both hold. The states must belong to `scene`.
+    /// Assesses `states[i]` into `out[i]`, as many as both hold. The states must belong to `scene`. A requested stop leaves the
+    /// rest as it was: whoever has a stop asks it afterwards.
     fn assess(
         &self,
         scratch: &mut (dyn Any + Send),
@@ -41,6 +43,7 @@ pub trait Scorer: Send + Sync {
         states: &[&State],
         target: usize,
         out: &mut [GraspAssessment],
+        stop: &Stop,
     );
 }
 
@@ -78,11 +81,15 @@ impl Scorer for GeometricScorer {
         states: &[&State],
         target: usize,
         out: &mut [GraspAssessment],
+        stop: &Stop,
     ) {
         // Another scorer's scratch is of no use; it must not be a reason to fail.
         let mut fresh = GraspScratch::default();
         let scratch = scratch.downcast_mut::<GraspScratch>().unwrap_or(&mut fresh);
         for (state, out) in states.iter().zip(out) {
+            if stop.requested() {
+                return;
+            }
             *out = self.test.assess(scene, state, target, scratch);
         }
     }

@@ -1,4 +1,7 @@
-//! The holds that a body's own shape allows, worked out once for a scene: most of the grasp test never changes.
+//! The holds that a body's own shape allows, worked out once for a scene: most of the grasp test never changes. A body's are
+//! worked out when they are first asked for: a retrieval grasps one body, and a decision must not wait for 128.
+
+use std::sync::OnceLock;
 
 use super::hold::{Hold, Subject};
 use super::jaw::Pieces;
@@ -35,35 +38,36 @@ pub(super) struct BodyTable {
     pub directions: Vec<(f64, f64, f64)>,
     /// No part of the jaw is farther from the body's origin, metres.
     pub reach: f64,
-    area: f64,
-    radius: f64,
 }
 
 /// The holds of every body of a scene.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Tables {
-    pub bodies: Vec<BodyTable>,
+    bodies: Vec<OnceLock<BodyTable>>,
+    /// Area and radius of every footprint.
+    measures: Vec<(f64, f64)>,
     grasper: Grasper,
 }
 
 impl Tables {
-    pub fn new(scene: &Scene, params: &GraspParams) -> Tables {
-        let grasper = scene.gripper().grasp;
+    pub fn new(scene: &Scene) -> Tables {
         Tables {
-            bodies: scene.bodies().iter().map(|b| BodyTable::new(&b.footprint, &grasper, params)).collect(),
-            grasper,
+            bodies: vec![OnceLock::new(); scene.len()],
+            measures: scene.bodies().iter().map(|b| (b.footprint.area, b.footprint.radius)).collect(),
+            grasper: scene.gripper().grasp,
         }
+    }
+
+    /// The table of a body of a scene that they fit; always with the same parameters.
+    pub fn body(&self, scene: &Scene, body: usize, params: &GraspParams) -> Option<&BodyTable> {
+        let table = self.bodies.get(body)?;
+        Some(table.get_or_init(|| BodyTable::new(&scene.body(body).footprint, &self.grasper, params)))
     }
 
     /// The tables were made for footprints and a gripper like this scene's.
     pub fn fits(&self, scene: &Scene) -> bool {
-        self.bodies.len() == scene.len()
-            && self.grasper == scene.gripper().grasp
-            && self
-                .bodies
-                .iter()
-                .zip(scene.bodies())
-                .all(|(t, b)| t.area == b.footprint.area && t.radius == b.footprint.radius)
+        let measures = scene.bodies().iter().map(|b| (b.footprint.area, b.footprint.radius));
+        self.grasper == scene.gripper().grasp && measures.eq(self.measures.iter().copied())
     }
 }
 
@@ -119,7 +123,7 @@ impl BodyTable {
                 along.hypot(c.y.abs() + half_width)
             })
             .fold(0.0, f64::max);
-        BodyTable { candidates, directions, reach, area: footprint.area, radius: footprint.radius }
+        BodyTable { candidates, directions, reach }
     }
 }
 

@@ -123,13 +123,13 @@ impl GraspTest {
     /// it, and much slower. It may be used on any scene with the same footprints and gripper.
     #[must_use]
     pub fn prepared(&self, scene: &Scene) -> Self {
-        Self { params: self.params.clone(), tables: Some(Tables::new(scene, &self.params)) }
+        Self { params: self.params.clone(), tables: Some(Tables::new(scene)) }
     }
 
     fn with_tables<R>(&self, scene: &Scene, run: impl FnOnce(&Tables) -> R) -> R {
         match &self.tables {
             Some(tables) if tables.fits(scene) => run(tables),
-            _ => run(&Tables::new(scene, &self.params)),
+            _ => run(&Tables::new(scene)),
         }
     }
 
@@ -185,10 +185,10 @@ impl GraspTest {
         scratch: &mut GraspScratch,
         mut violation: Option<&mut f64>,
     ) -> Option<Grasp> {
-        let table = tables.bodies.get(body)?;
-        if !state.is_present(body) || !scene.body(body).pickable {
+        if body >= scene.len() || !state.is_present(body) || !scene.body(body).pickable {
             return None;
         }
+        let table = tables.body(scene, body, &self.params)?;
         let grasper = &scene.gripper().grasp;
         let GraspScratch { near, views, blocks, blocked, .. } = scratch;
         let pose = state.pose(body);

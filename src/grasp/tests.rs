@@ -1,7 +1,7 @@
 use super::*;
 use crate::action::Grasp;
 use crate::geom::{Footprint, Pose2, Shape, Vec2, pieces_gap, vec2};
-use crate::run::{Key, Stream};
+use crate::run::{Key, Stop, Stream};
 use crate::scene::{BodyDef, Gripper, Scene, SceneBuilder, State};
 
 const MM: f64 = 1e-3;
@@ -523,12 +523,12 @@ fn the_scorer_is_the_test_in_a_batch() {
     assert_eq!(scorer.name(), "geometric");
     let mut scratch = scorer.scratch();
     let mut out = [GraspAssessment::default(); 3];
-    scorer.assess(scratch.as_mut(), &scene, &[&near, &far, &near], 0, &mut out);
+    scorer.assess(scratch.as_mut(), &scene, &[&near, &far, &near], 0, &mut out, &Stop::never());
     assert!(out[0].grasp.is_none() && out[1].score > 0.9 && out[0] == out[2], "{out:?}");
     // A foreign scratch is no reason to fail.
     let mut foreign: Box<dyn std::any::Any + Send> = Box::new(3u8);
     let mut again = out;
-    scorer.assess(foreign.as_mut(), &scene, &[&near, &far, &near], 0, &mut again);
+    scorer.assess(foreign.as_mut(), &scene, &[&near, &far, &near], 0, &mut again, &Stop::never());
     assert_eq!(out, again);
 }
 

@@ -4,6 +4,7 @@ use super::kind::Kind;
 use super::model::Model;
 use super::objects::ObjectBatch;
 use crate::error::Result;
+use crate::run::Stop;
 
 /// What predicts motions: a network, or a stand-in of a test.
 pub trait MotionModel: Send + Sync {
@@ -16,8 +17,9 @@ pub trait MotionModel: Send + Sync {
     /// Items of a call at which it is at its best; a call may have any number.
     fn chunk(&self) -> usize;
 
-    /// Motions of all bodies of all items in their push frames: metres, metres, radians; `items * objects` of them.
-    fn predict(&self, batch: &ObjectBatch, motions: &mut Vec<[f32; 3]>) -> Result<()>;
+    /// Motions of all bodies of all items in their push frames: metres, metres, radians; `items * objects` of them. A
+    /// requested stop makes it an error or any motions.
+    fn predict(&self, batch: &ObjectBatch, motions: &mut Vec<[f32; 3]>, stop: &Stop) -> Result<()>;
 }
 
 /// A network of kind `dipn`.
@@ -55,11 +57,11 @@ impl MotionModel for Dipn {
         self.model.info().interface.chunk
     }
 
-    fn predict(&self, batch: &ObjectBatch, motions: &mut Vec<[f32; 3]>) -> Result<()> {
+    fn predict(&self, batch: &ObjectBatch, motions: &mut Vec<[f32; 3]>, stop: &Stop) -> Result<()> {
         motions.clear();
         let mut outputs = [Vec::new()];
         let inputs = batch.tensors(self.model.info().interface);
-        self.model.run(batch.items(), batch.objects(), &inputs, &mut outputs)?;
+        self.model.run_until(batch.items(), batch.objects(), &inputs, &mut outputs, stop)?;
         motions.extend(outputs[0].as_chunks::<3>().0);
         Ok(())
     }

@@ -4,6 +4,7 @@ use super::kind::{GRASP_ANGLES, Kind};
 use super::model::Model;
 use crate::error::{Error, ModelFault, Result};
 use crate::geom::{Pose2, Vec2, vec2};
+use crate::run::Stop;
 use crate::scene::{Scene, State};
 use crate::vision::{Frame, Rasteriser};
 
@@ -29,8 +30,15 @@ pub struct Gn {
 
 /// What says whether a target can be grasped: a network, or a stand-in of a test.
 pub trait TargetProbability: Send + Sync {
-    /// The probability in [0, 1] that the target can be grasped where it is.
-    fn probability(&self, scratch: &mut ImageScratch, scene: &Scene, state: &State, target: usize) -> Result<f64>;
+    /// The probability in [0, 1] that the target can be grasped where it is. A requested stop makes it an error or any number.
+    fn probability(
+        &self,
+        scratch: &mut ImageScratch,
+        scene: &Scene,
+        state: &State,
+        target: usize,
+        stop: &Stop,
+    ) -> Result<f64>;
 
     /// The probability from which on the answer is yes.
     fn threshold(&self) -> f64;
@@ -38,7 +46,9 @@ pub trait TargetProbability: Send + Sync {
 
 /// What finds grasps of a target: a network, or a stand-in of a test.
 pub trait GraspMap: Send + Sync {
-    /// The best grasps of a target, best first, at most so many; equal ones in a fixed order.
+    /// The best grasps of a target, best first, at most so many; equal ones in a fixed order. A requested stop makes it an
+    /// error or any grasps.
+    #[allow(clippy::too_many_arguments)]
     fn best(
         &self,
         scratch: &mut ImageScratch,
@@ -47,6 +57,7 @@ pub trait GraspMap: Send + Sync {
         target: usize,
         most: usize,
         found: &mut Vec<MapGrasp>,
+        stop: &Stop,
     ) -> Result<()>;
 
     /// The score from which on a grasp counts.
@@ -82,13 +93,20 @@ pub fn check_gripper(model: &Model, scene: &Scene) -> Result<()> {
 }
 
 /// Paints the target's view and runs the network on it.
-fn look(model: &Model, scratch: &mut ImageScratch, scene: &Scene, state: &State, target: usize) -> Result<Frame> {
+fn look(
+    model: &Model,
+    scratch: &mut ImageScratch,
+    scene: &Scene,
+    state: &State,
+    target: usize,
+    stop: &Stop,
+) -> Result<Frame> {
     let side = model.info().side.unwrap_or(0);
     let frame = Frame::around(scene, state, target, 0.0, model.info().pixel(), side)?;
     let ImageScratch { rasteriser, image, outputs } = scratch;
     image.resize(2 * side * side, 0.0);
     rasteriser.target_view(scene, state, target, &frame, image)?;
-    model.run(1, 1, &[image.as_slice()], outputs)?;
+    model.run_until(1, 1, &[image.as_slice()], outputs, stop)?;
     Ok(frame)
 }
 
@@ -109,8 +127,15 @@ impl TargetProbability for Gc {
         self.model.info().threshold()
     }
 
-    fn probability(&self, scratch: &mut ImageScratch, scene: &Scene, state: &State, target: usize) -> Result<f64> {
-        look(&self.model, scratch, scene, state, target)?;
+    fn probability(
+        &self,
+        scratch: &mut ImageScratch,
+        scene: &Scene,
+        state: &State,
+        target: usize,
+        stop: &Stop,
+    ) -> Result<f64> {
+        look(&self.model, scratch, scene, state, target, stop)?;
         Ok(scratch.outputs[0].first().map_or(0.0, |p| f64::from(*p).clamp(0.0, 1.0)))
     }
 }
@@ -133,8 +158,9 @@ impl Gn {
         scene: &Scene,
         state: &State,
         target: usize,
+        stop: &Stop,
     ) -> Result<(Frame, &'a [f32])> {
-        let frame = look(&self.model, scratch, scene, state, target)?;
+        let frame = look(&self.model, scratch, scene, state, target, stop)?;
         let half = frame.rows / 2;
         Ok((Frame::new(frame.pose, 2.0 * frame.pixel, half, half), &scratch.outputs[0]))
     }
@@ -154,9 +180,10 @@ impl GraspMap for Gn {
         target: usize,
         most: usize,
         found: &mut Vec<MapGrasp>,
+        stop: &Stop,
     ) -> Result<()> {
         found.clear();
-        let (cells, quality) = self.map(scratch, scene, state, target)?;
+        let (cells, quality) = self.map(scratch, scene, state, target, stop)?;
         // Ascending by quality; the list is short.
         let mut best: Vec<(f32, usize)> = Vec::with_capacity(most + 1);
         for (index, &q) in quality.iter().enumerate() {

@@ -30,6 +30,7 @@ mod ppn;
 mod runtime;
 mod segmentation;
 mod self_test;
+mod watch;
 
 pub use builtin::{BUILTINS, Builtin};
 pub use dipn::{Dipn, MotionModel};

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use ort::ep::{self, ExecutionProvider};
 use ort::logging::LogLevel;
 use ort::session::builder::GraphOptimizationLevel;
-use ort::session::{Session, SessionInputValue};
+use ort::session::{RunOptions, Session, SessionInputValue};
 use ort::value::TensorRef;
 
 use super::file;
@@ -15,7 +15,9 @@ use super::info::{Configuration, ModelInfo};
 use super::kind::{Axis, Kind, TensorSpec};
 use super::onnx::{self, OnnxInfo};
 use super::runtime::{Backend, Runtime, RuntimeInfo, RuntimeOptions};
+use super::watch::{WORTH_WATCHING, watched};
 use crate::error::{Error, ModelFault, Result};
+use crate::run::Stop;
 
 /// Where a network runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -83,7 +85,43 @@ struct Shared {
 struct Worker {
     session: Session,
     filled: Vec<Vec<f32>>,
+    usual: Usual,
 }
+
+/// What a call with so many bodies usually takes: the least of late, as a busy machine makes some of them longer.
+#[derive(Debug, Clone, Copy, Default)]
+struct Usual {
+    objects: usize,
+    seconds: f64,
+}
+
+impl Usual {
+    /// More bodies take at least as many times longer. None before the first call.
+    fn seconds(&self, objects: usize) -> Option<f64> {
+        let times = (objects as f64 / self.objects.max(1) as f64).max(1.0);
+        (self.seconds > 0.0).then_some(self.seconds * times)
+    }
+
+    fn note(&mut self, objects: usize, seconds: f64) {
+        let before = if self.objects == objects { self.seconds } else { seconds };
+        *self = Usual { objects, seconds: seconds.min(before + (seconds - before) * FORGETS) };
+    }
+
+    /// A call was ended before it had an answer: it takes longer than that.
+    fn note_ended(&mut self, objects: usize, seconds: f64) {
+        if self.seconds(objects).is_none_or(|usual| usual < seconds) {
+            *self = Usual { objects, seconds };
+        }
+    }
+
+    /// A call was not made for what it usually takes. That may have changed: in the long run it is tried again.
+    fn doubt(&mut self) {
+        self.seconds *= 1.0 - FORGETS;
+    }
+}
+
+/// Share by which what is known of the time of calls follows later ones.
+const FORGETS: f64 = 0.05;
 
 /// Two are equal if they are the same loaded network.
 impl PartialEq for Model {
@@ -129,7 +167,7 @@ impl Model {
         let session = session(path, fixed.as_deref().unwrap_or(&bytes), runtime, options.device, options.threads)?;
         let info = file::check(path, &bytes, onnx, kind, options)?;
         let bytes = fixed.map_or(bytes, Cow::Owned);
-        let worker = Worker { session, filled: Vec::new() };
+        let worker = Worker { session, filled: Vec::new(), usual: Usual::default() };
         let (device, threads) = (options.device, options.threads);
         let model = Model {
             shared: Arc::new(Shared { info, bytes, runtime, device, threads, idle: Mutex::new(vec![worker]) }),
@@ -165,6 +203,19 @@ impl Model {
     /// Runs `items` items with `objects` bodies each (1 for networks that know no bodies). Inputs and outputs are in the
     /// interface's order, row-major; an input that the file does not have is not looked at. Outputs keep their memory.
     pub fn run(&self, items: usize, objects: usize, inputs: &[&[f32]], outputs: &mut [Vec<f32>]) -> Result<()> {
+        self.run_until(items, objects, inputs, outputs, &Stop::never())
+    }
+
+    /// The same until the stop is requested: then it is an error ([`Error::State`]) and the outputs are not to be used. A call
+    /// of ONNX Runtime that is under way ends between two nodes of the network.
+    pub fn run_until(
+        &self,
+        items: usize,
+        objects: usize,
+        inputs: &[&[f32]],
+        outputs: &mut [Vec<f32>],
+        stop: &Stop,
+    ) -> Result<()> {
         let interface = self.info().interface;
         if inputs.len() != interface.inputs.len() || outputs.len() != interface.outputs.len() {
             return Err(Error::Internal("a network was called with another number of tensors".into()));
@@ -181,15 +232,29 @@ impl Model {
             return Ok(());
         }
         let mut worker = self.worker()?;
+        let mut done = Ok(());
         for first in (0..items).step_by(interface.chunk) {
             let count = interface.chunk.min(items - first);
-            self.run_chunk(&mut worker, first, count, objects, inputs, outputs)?;
+            let usual = worker.usual.seconds(self.counted(objects));
+            let late = usual.map_or_else(|| stop.requested(), |seconds| stop.leaves_less_than(seconds));
+            done = match late {
+                true => Err(interrupted()),
+                false => self.run_chunk(&mut worker, first, count, objects, inputs, outputs, stop),
+            };
+            if done.is_err() {
+                break;
+            }
         }
+        if done.is_err() {
+            worker.usual.doubt();
+        }
+        // Also after an error: another session takes long to make.
         self.give_back(worker);
-        Ok(())
+        done
     }
 
     /// Runs one chunk and appends its outputs.
+    #[allow(clippy::too_many_arguments)]
     fn run_chunk(
         &self,
         worker: &mut Worker,
@@ -198,6 +263,7 @@ impl Model {
         objects: usize,
         inputs: &[&[f32]],
         outputs: &mut [Vec<f32>],
+        stop: &Stop,
     ) -> Result<()> {
         let interface = self.info().interface;
         let chunk = interface.chunk;
@@ -217,7 +283,18 @@ impl Model {
             }
             tensors.push((spec.name, self.shape(spec, objects), values));
         }
-        let results = self.run_session(&mut worker.session, &tensors)?;
+        // One that is known to be short needs no watch.
+        let counted = self.counted(objects);
+        let long = worker.usual.seconds(counted).is_none_or(|seconds| seconds > WORTH_WATCHING);
+        let before = stop.elapsed();
+        let watch = (stop.is_bounded() && long).then_some(stop);
+        let results = self.run_session(&mut worker.session, &tensors, watch);
+        let took = (stop.elapsed() - before).as_secs_f64();
+        match &results {
+            Ok(_) => worker.usual.note(counted, took),
+            Err(_) => worker.usual.note_ended(counted, took),
+        }
+        let results = results?;
         for ((spec, (shape, values)), output) in interface.outputs.iter().zip(results).zip(outputs) {
             let wanted = self.shape(spec, objects);
             if shape != wanted {
@@ -232,12 +309,18 @@ impl Model {
     /// Runs one call with shapes of the caller's.
     pub(super) fn run_free(&self, tensors: &[(&'static str, Vec<i64>, &[f32])]) -> Result<RawOutputs> {
         let mut worker = self.worker()?;
-        let results = self.run_session(&mut worker.session, tensors)?;
+        let results = self.run_session(&mut worker.session, tensors, None);
         self.give_back(worker);
-        Ok(results)
+        results
     }
 
-    fn run_session(&self, session: &mut Session, tensors: &[(&'static str, Vec<i64>, &[f32])]) -> Result<RawOutputs> {
+    /// One call of the runtime, under watch of a stop or not.
+    fn run_session(
+        &self,
+        session: &mut Session,
+        tensors: &[(&'static str, Vec<i64>, &[f32])],
+        watch: Option<&Stop>,
+    ) -> Result<RawOutputs> {
         let path = &self.info().path;
         let failed = |error: ort::Error| Error::model(path, ModelFault::Run, "a result", error.message());
         let mut values: Vec<(&str, SessionInputValue<'_>)> = Vec::with_capacity(tensors.len());
@@ -245,7 +328,15 @@ impl Model {
             let tensor = TensorRef::from_array_view((shape.as_slice(), *data)).map_err(failed)?;
             values.push((name, tensor.into()));
         }
-        let found = session.run(values).map_err(failed)?;
+        let options = watch.and_then(|stop| Some((stop, RunOptions::new().ok()?)));
+        let found = match &options {
+            Some((stop, options)) => watched(options, stop, || session.run_with_options(values, options)),
+            None => session.run(values),
+        };
+        if watch.is_some_and(Stop::requested) {
+            return Err(interrupted());
+        }
+        let found = found.map_err(failed)?;
         let mut results = RawOutputs::with_capacity(found.len());
         for spec in self.info().interface.outputs {
             let Some(value) = found.get(spec.name) else {
@@ -265,6 +356,12 @@ impl Model {
             results.push((shape, data));
         }
         Ok(results)
+    }
+
+    /// The bodies that the time of a call depends on.
+    fn counted(&self, objects: usize) -> usize {
+        let by_object = self.info().interface.inputs.iter().any(|spec| spec.axes.contains(&Axis::Objects));
+        if by_object { objects } else { 1 }
     }
 
     /// The tensor's shape in a call of the runtime.
@@ -295,7 +392,7 @@ impl Model {
             return Ok(worker);
         }
         let session = session(&shared.info.path, &shared.bytes, shared.runtime, shared.device, shared.threads)?;
-        Ok(Worker { session, filled: Vec::new() })
+        Ok(Worker { session, filled: Vec::new(), usual: Usual::default() })
     }
 
     fn give_back(&self, worker: Worker) {
@@ -310,6 +407,10 @@ fn with_fixed_batch(bytes: &[u8], onnx: &OnnxInfo, runtime: &Runtime) -> Option<
         return None;
     }
     onnx::with_batch(bytes, file::interface(onnx)?.chunk as u64).ok()
+}
+
+fn interrupted() -> Error {
+    Error::State("the network was asked to end before it had an answer".into())
 }
 
 /// A session of the runtime.
@@ -340,4 +441,31 @@ fn session(path: &Path, bytes: &[u8], runtime: &Runtime, device: Device, threads
             .map_err(|e| Error::Unsupported(format!("device: CUDA device {number} cannot be used: {}", e.message())))?;
     }
     builder.commit_from_memory(bytes).map_err(|e| refused(&e))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Usual;
+
+    #[test]
+    fn the_usual_time_follows_the_least_and_never_sticks() {
+        let mut usual = Usual::default();
+        assert_eq!(usual.seconds(5), None);
+        usual.note(5, 0.010);
+        assert_eq!((usual.seconds(5), usual.seconds(2), usual.seconds(20)), (Some(0.010), Some(0.010), Some(0.040)));
+        // One that the machine held up says little; a shorter one is believed.
+        usual.note(5, 0.110);
+        assert!((usual.seconds(5).unwrap() - 0.015).abs() < 1e-12);
+        usual.note(5, 0.008);
+        assert_eq!(usual.seconds(5), Some(0.008));
+        // Ended calls raise it, and what is not tried for it is tried in the end.
+        usual.note_ended(5, 0.002);
+        assert_eq!(usual.seconds(5), Some(0.008));
+        usual.note_ended(5, 0.020);
+        assert_eq!(usual.seconds(5), Some(0.020));
+        (0..100).for_each(|_| usual.doubt());
+        assert!(usual.seconds(5).unwrap() < 0.001);
+        usual.note(7, 0.5);
+        assert_eq!(usual.seconds(7), Some(0.5));
+    }
 }

@@ -90,7 +90,7 @@ impl PushValue for Ppn {
             for push in pushes {
                 batch.add(table, scene, state, push, None, Some(target));
             }
-            self.model.run(batch.items(), batch.objects(), &batch.tensors(interface), &mut outputs)?;
+            self.model.run_until(batch.items(), batch.objects(), &batch.tensors(interface), &mut outputs, stop)?;
             values.extend(outputs[0].iter().map(|v| v.clamp(0.0, 1.0)));
         }
         values.resize(pushes.len(), 0.0);

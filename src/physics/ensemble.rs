@@ -1,6 +1,6 @@
 //! The same scene in worlds that differ from what is known of it: what a plan has to survive.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use super::options::{PhysicsOptions, engine_with};
 use super::transition::Transition;
@@ -16,7 +16,10 @@ pub struct Ensemble {
     scene: Arc<Scene>,
     uncertainty: Uncertainty,
     key: Key,
-    worlds: Vec<Arc<dyn Transition>>,
+    engines: Vec<PhysicsOptions>,
+    network: Option<Arc<dyn MotionModel>>,
+    /// Each made when it is first asked for, but the first of every engine; none where it cannot be had.
+    worlds: Vec<OnceLock<Option<Arc<dyn Transition>>>>,
 }
 
 /// Branches of a world's key.
@@ -36,12 +39,25 @@ impl Ensemble {
         key: Key,
     ) -> Result<Ensemble> {
         uncertainty.validate()?;
-        let world = |(k, options): (usize, &PhysicsOptions)| {
-            let perturbed = uncertainty.scene(scene, key.child(k as u64).child(FRICTION));
-            engine_with(options, Arc::new(perturbed), network)
+        let count = if engines.is_empty() { 0 } else { count };
+        let ensemble = Ensemble {
+            scene: Arc::clone(scene),
+            uncertainty,
+            key,
+            engines: engines.to_vec(),
+            network: network.cloned(),
+            worlds: vec![OnceLock::new(); count],
         };
-        let worlds = (0..count).zip(engines.iter().cycle()).map(world).collect::<Result<_>>()?;
-        Ok(Ensemble { scene: Arc::clone(scene), uncertainty, key, worlds })
+        // What is wrong with an engine shows in the first world that has it.
+        for (k, world) in ensemble.worlds.iter().enumerate().take(engines.len()) {
+            let _ = world.set(Some(ensemble.make(k)?));
+        }
+        Ok(ensemble)
+    }
+
+    fn make(&self, k: usize) -> Result<Arc<dyn Transition>> {
+        let perturbed = self.uncertainty.scene(&self.scene, self.key.child(k as u64).child(FRICTION));
+        engine_with(&self.engines[k % self.engines.len()], Arc::new(perturbed), self.network.as_ref())
     }
 
     /// How many worlds there are.
@@ -55,7 +71,7 @@ impl Ensemble {
 
     /// What pushes do in world `k`; `None` where there is no such world.
     pub fn engine(&self, k: usize) -> Option<&Arc<dyn Transition>> {
-        self.worlds.get(k)
+        self.worlds.get(k)?.get_or_init(|| self.make(k).ok()).as_ref()
     }
 
     /// Where the bodies are in world `k` if they were observed so.

@@ -141,7 +141,8 @@ impl<'a> Confirmation<'a> {
             engine.step_batch(memory, &jobs, &mut results, stop);
             for (s, result) in group.iter_mut().zip(results) {
                 let useful = result.status == PushStatus::Executed && domain.useful(&s.from, &result);
-                s.verdict = useful.then(|| domain.assess(scratch, &result.state));
+                let found = useful.then(|| domain.assess(scratch, &result.state, stop));
+                s.verdict = found.filter(|_| !stop.requested());
                 s.result = result;
             }
         })?;

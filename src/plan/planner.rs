@@ -15,7 +15,7 @@ use crate::action::{Action, ContourSampler, Grasp, Push};
 use crate::error::Result;
 use crate::geom::normalize_angle;
 use crate::physics::{Ensemble, Transition};
-use crate::run::{Budget, CancelToken, Pool, Progress, StopReason};
+use crate::run::{Budget, CancelToken, Pool, Progress, Stop, StopReason};
 use crate::scene::{Problem, Scene, State};
 use crate::search::{EndReason, Tree};
 
@@ -195,7 +195,7 @@ impl Planner {
 
         // A state that would count as a solution is one: from there nothing is searched.
         let enough = self.options.grasp.execute_score.min(self.options.grasp.solved_score).max(self.demand);
-        let now = domain.assess(&mut domain.new_scratch(), &problem.state);
+        let now = domain.assess(&mut domain.new_scratch(), &problem.state, &stop);
         if let Some(grasp) = now.grasp.filter(|g| g.score >= enough) {
             plan.outcome = Outcome::Solved;
             plan.grasp_score = grasp.score;
@@ -228,6 +228,9 @@ impl Planner {
         }
         plan.statistics.seconds = stop.elapsed().as_secs_f64();
         self.fill(&mut plan, found, &budget);
+        if plan.outcome == Outcome::Budget && plan.actions.is_empty() {
+            self.fall_back(&mut plan, &problem.state, now.grasp);
+        }
         let pushes =
             plan.actions.iter().filter_map(|a| if let Action::Push(push) = a.action { Some(push) } else { None });
         self.planned.clear();
@@ -299,13 +302,37 @@ impl Planner {
                 plan.actions.push(PlannedAction { action, predicted: node.state.clone(), value: node.mean });
             }
             if node.terminal {
-                let found = domain.assess(&mut domain.new_scratch(), node.state);
+                let found = domain.assess(&mut domain.new_scratch(), node.state, &Stop::never());
                 if let Some(grasp) = found.grasp {
                     plan.grasp_score = grasp.score;
                     plan.actions.push(grasped(node.state, grasp, node.value));
                 }
             }
         }
+    }
+
+    /// A limit came before a push was tried: the best grasp, however it scores, else the push that is expected to be worth
+    /// most, of equals the first. It is legal; what it does is not predicted.
+    fn fall_back(&self, plan: &mut Plan, state: &State, grasp: Option<Grasp>) {
+        let Some(domain) = &self.domain else { return };
+        if let Some(grasp) = grasp.filter(|g| g.score >= self.demand) {
+            plan.grasp_score = grasp.score;
+            plan.actions.push(grasped(state, grasp, grasp.score));
+            return;
+        }
+        let mut listed: Vec<(f32, Push)> =
+            self.tree.root_children().filter(|c| !c.illegal).map(|c| (c.prior, *c.action)).collect();
+        if self.tree.root_state().is_none() {
+            let mut pushes = Vec::new();
+            domain.list(&mut domain.new_scratch(), state, &mut pushes);
+            listed.extend(pushes.into_iter().map(|push| (0.0, push)));
+        }
+        let best = listed.into_iter().reduce(|best, other| if other.0 > best.0 { other } else { best });
+        plan.actions.extend(best.map(|(_, push)| PlannedAction {
+            action: Action::Push(push),
+            predicted: state.clone(),
+            value: 0.0,
+        }));
     }
 
     /// A plan that succeeds in the confirming engine, as that engine predicts it. The first push has the tree's value,

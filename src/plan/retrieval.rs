@@ -66,10 +66,10 @@ impl Retrieval {
         }
     }
 
-    /// What the scorer says of a state.
-    pub fn assess(&self, scratch: &mut Scratch, state: &State) -> GraspAssessment {
+    /// What the scorer says of a state; where the stop is requested, nothing that is to be used.
+    pub fn assess(&self, scratch: &mut Scratch, state: &State, stop: &Stop) -> GraspAssessment {
         let mut out = [GraspAssessment::default()];
-        self.scorer.assess(scratch.scorer.as_mut(), &self.scene, &[state], self.target, &mut out);
+        self.scorer.assess(scratch.scorer.as_mut(), &self.scene, &[state], self.target, &mut out, stop);
         out[0]
     }
 
@@ -95,9 +95,12 @@ impl Retrieval {
         assessment.grasp.is_some() && assessment.score >= self.reward.solved_score.max(self.demand.min(GREATEST_DEMAND))
     }
 
-    /// Value, terminal flag and actions of `out.state`.
+    /// Value, terminal flag and actions of `out.state`. With a requested stop its status stays as it was.
     fn judge(&self, scratch: &mut Scratch, key: Key, previous: Option<&Push>, out: &mut Outcome<Self>, stop: &Stop) {
-        let assessment = self.assess(scratch, &out.state);
+        let assessment = self.assess(scratch, &out.state, stop);
+        if stop.requested() {
+            return;
+        }
         // Where a grasp has failed just now, it has to be bettered however good it looked.
         let solved = self.solves(&assessment) && (previous.is_some() || assessment.score >= self.demand);
         let quality = if assessment.grasp.is_some() { assessment.score } else { 0.0 };
@@ -165,8 +168,8 @@ impl Domain for Retrieval {
         self.new_scratch()
     }
 
-    fn root(&self, scratch: &mut Scratch, _: &State, key: Key, out: &mut Outcome<Self>) {
-        self.judge(scratch, key, None, out, &Stop::never());
+    fn root(&self, scratch: &mut Scratch, _: &State, key: Key, out: &mut Outcome<Self>, stop: &Stop) {
+        self.judge(scratch, key, None, out, stop);
     }
 
     fn step(&self, scratch: &mut Scratch, jobs: &mut [Job<Self>], stop: &Stop) {
@@ -181,6 +184,8 @@ impl Domain for Retrieval {
         }
         for (job, result) in jobs.iter_mut().zip(&mut results) {
             match result.status {
+                // To judge a state of many bodies takes a while: the rest of the jobs is left.
+                PushStatus::Executed if stop.requested() => job.outcome.status = Status::Interrupted,
                 PushStatus::Executed if self.useful(&job.from, result) => {
                     std::mem::swap(&mut job.outcome.state, &mut result.state);
                     self.judge(scratch, job.key, Some(&job.action), &mut job.outcome, stop);

@@ -123,6 +123,25 @@ impl Stop {
         false
     }
 
+    /// Time that is left before the deadline, if there is one.
+    pub fn remaining(&self) -> Option<Duration> {
+        self.deadline.map(|deadline| deadline.saturating_duration_since(Instant::now()))
+    }
+
+    /// Whether work that cannot be broken off and takes so many seconds would end after the deadline. Then the time is up
+    /// now: such work is not begun.
+    pub fn leaves_less_than(&self, seconds: f64) -> bool {
+        if self.remaining().is_some_and(|left| left.as_secs_f64() < seconds) {
+            self.see(DEADLINE);
+        }
+        self.requested()
+    }
+
+    /// It may ask for the end by itself: there is a deadline or a token.
+    pub fn is_bounded(&self) -> bool {
+        self.deadline.is_some() || !self.tokens.is_empty()
+    }
+
     /// A request of its own for a first part of the work: its deadline comes after this share of the time that there is
     /// from the start to the deadline. Without a deadline it has none; cancel tokens and requests made so far are shared.
     pub fn sooner(&self, share: f64) -> Stop {
@@ -197,6 +216,17 @@ mod tests {
         assert!(half.requested() && whole.requested());
         assert_eq!(half.reason(), Some(StopReason::Cancelled));
         assert!(!Stop::never().sooner(0.0).requested(), "no deadline, no share of it");
+    }
+
+    #[test]
+    fn work_that_would_end_after_the_deadline_is_not_begun() {
+        let hour = || Budget::seconds(3600.0).start(&[]);
+        for (seconds, late) in [(0.0, false), (1.0, false), (3500.0, false), (3601.0, true), (f64::INFINITY, true)] {
+            let stop = hour();
+            assert_eq!(stop.leaves_less_than(seconds), late, "{seconds}");
+            assert_eq!(stop.reason(), late.then_some(StopReason::Deadline));
+            assert!(!Stop::never().leaves_less_than(seconds), "no deadline");
+        }
     }
 
     #[test]

@@ -164,6 +164,12 @@ impl Scene {
         }
     }
 
+    /// The same scene for another gripper.
+    pub fn with_gripper(&self, gripper: Gripper) -> Result<Scene> {
+        gripper.validate()?;
+        Ok(Scene { gripper, ..self.clone() })
+    }
+
     /// The same scene with friction scaled: one factor for the tip, one for each body (on all its contacts).
     pub fn with_scaled_friction(&self, tip: f64, bodies: &[f64]) -> Scene {
         let mut scene = self.clone();

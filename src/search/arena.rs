@@ -357,4 +357,11 @@ impl<D: Domain> Arena<D> {
         let edge = size_of::<Edge<D::Action>>() - size_of::<D::Action>();
         self.node_count * (node + state) + self.edge_count * (edge + action)
     }
+
+    /// The same with another node that has so many edges.
+    pub fn bytes_with(&self, edges: usize, state: usize, action: usize) -> usize {
+        let node = size_of::<Node<D>>() - size_of::<D::State>() + size_of::<Stats>() + self.stride * size_of::<f64>();
+        let edge = size_of::<Edge<D::Action>>() - size_of::<D::Action>();
+        self.bytes(state, action) + node + state + edges * (edge + action)
+    }
 }

@@ -23,8 +23,9 @@ pub trait Domain: Sized + Sync {
     /// A scratch for one worker; made once per worker at the start of each search.
     fn scratch(&self) -> Self::Scratch;
 
-    /// Evaluates the state a search starts from and lists its actions. `out` comes empty, as for a job.
-    fn root(&self, scratch: &mut Self::Scratch, state: &Self::State, key: Key, out: &mut Outcome<Self>);
+    /// Evaluates the state a search starts from and lists its actions. `out` comes empty, as for a job; when asked to end
+    /// its status stays [`Interrupted`](Status::Interrupted).
+    fn root(&self, scratch: &mut Self::Scratch, state: &Self::State, key: Key, out: &mut Outcome<Self>, stop: &Stop);
 
     /// Executes every job of a group: applies `job.action` to `job.from` and fills `job.outcome`, which comes empty with
     /// status [`Interrupted`](Status::Interrupted). Long work polls `stop` and leaves the rest of the group as it is

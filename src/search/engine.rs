@@ -33,6 +33,8 @@ pub(super) struct Search<'a, D: Domain> {
     pub reused: u64,
     pub waves: u64,
     pub step_time: Duration,
+    /// A state was left out as it would have exceeded the budget of bytes.
+    pub full: bool,
 }
 
 impl<D: Domain> Search<'_, D> {
@@ -45,9 +47,9 @@ impl<D: Domain> Search<'_, D> {
         let outcome = &mut self.work.jobs[0].outcome;
         outcome.clear();
         outcome.state.clone_from(state);
-        let domain = self.domain;
+        let (domain, stop) = (self.domain, self.run.stop);
         let root = |scratch: &mut D::Scratch, outcome: &mut [Outcome<D>]| {
-            outcome.iter_mut().for_each(|outcome| domain.root(scratch, state, key, outcome));
+            outcome.iter_mut().for_each(|outcome| domain.root(scratch, state, key, outcome, stop));
         };
         let one = std::slice::from_mut(outcome);
         self.run.pool.for_each_group(one, 1, &self.work.scratches, root)?;
@@ -67,7 +69,6 @@ impl<D: Domain> Search<'_, D> {
 
     /// Waves until one of the reasons to end. The tree has a root.
     pub fn search(&mut self) -> Result<EndReason> {
-        let mut growth = 0;
         if self.params.first_expand {
             while self.next_root_actions() {
                 self.wave_of_root_actions(self.wanted())?;
@@ -76,13 +77,11 @@ impl<D: Domain> Search<'_, D> {
             }
         }
         loop {
-            if let Some(reason) = self.ended(growth) {
+            if let Some(reason) = self.ended() {
                 return Ok(reason);
             }
-            let before = self.bytes();
             self.wave(self.wanted())?;
             self.waves += 1;
-            growth = growth.max(self.bytes().saturating_sub(before));
             self.publish();
         }
     }
@@ -90,7 +89,7 @@ impl<D: Domain> Search<'_, D> {
     /// Whether untried actions of the root are left for `first_expand`.
     fn next_root_actions(&self) -> bool {
         let root = self.arena.stat(0);
-        root.untried > 0 && root.open > 0 && self.wanted() > 0 && !self.run.stop.requested()
+        root.untried > 0 && root.open > 0 && self.wanted() > 0 && !self.full && !self.run.stop.requested()
     }
 
     /// Lanes of the next wave: no more than the budget has iterations left.
@@ -99,8 +98,8 @@ impl<D: Domain> Search<'_, D> {
         left.min(u64::from(self.params.lanes)) as usize
     }
 
-    /// Why no further wave begins. `growth` is the most bytes that one wave has added so far.
-    fn ended(&self, growth: usize) -> Option<EndReason> {
+    /// Why no further wave begins.
+    fn ended(&self) -> Option<EndReason> {
         if self.arena.node(0).terminal {
             return Some(EndReason::Solved);
         }
@@ -116,10 +115,16 @@ impl<D: Domain> Search<'_, D> {
         if self.run.stop.requested() {
             return Some(self.run.stop.reason().unwrap_or(StopReason::Interrupted).into());
         }
-        let full = self.run.budget.bytes.is_some_and(|most| self.bytes().saturating_add(growth) > most);
+        let full = self.full || self.run.budget.bytes.is_some_and(|most| self.bytes() > most);
         // Indices have 32 bits; a wave adds less than the other half of them.
         let many = self.arena.len().max(self.arena.edge_len()) > (u32::MAX / 2) as usize;
         (full || many).then_some(EndReason::Memory)
+    }
+
+    /// Another state with so many actions fits into the budget of bytes.
+    pub fn fits(&self, actions: usize) -> bool {
+        let (state, action) = (self.domain.state_bytes(), self.domain.action_bytes());
+        self.run.budget.bytes.is_none_or(|most| self.arena.bytes_with(actions, state, action) <= most)
     }
 
     fn bytes(&self) -> usize {

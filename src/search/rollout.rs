@@ -95,7 +95,7 @@ impl<D: Domain> Search<'_, D> {
         }
         std::mem::swap(&mut self.work.walkers, &mut self.work.next);
         let enough = self.params.rollout_cutoff * f64::from(self.params.lanes);
-        while self.work.walkers.len() as f64 > enough && !self.run.stop.requested() {
+        while self.work.walkers.len() as f64 > enough && !self.full && !self.run.stop.requested() {
             self.share();
             self.branch();
             self.step_rollouts()?;
@@ -254,8 +254,12 @@ impl<D: Domain> Search<'_, D> {
             };
             match status {
                 Status::Legal => {
-                    let child =
-                        if job == NONE { self.arena.edge(edge).child } else { self.store(job, walker.node, edge)? };
+                    let known = (job == NONE).then_some(self.arena.edge(edge).child);
+                    let child = if known.is_some() { known } else { self.store(job, walker.node, edge)? };
+                    let Some(child) = child else {
+                        self.finish(walker);
+                        continue;
+                    };
                     let node = self.arena.node(child);
                     walker.node = child;
                     walker.trace.add(node.value, node.discount);

@@ -91,7 +91,7 @@ impl Domain for Toy {
         0
     }
 
-    fn root(&self, _: &mut u64, state: &ToyState, key: Key, out: &mut Outcome<Self>) {
+    fn root(&self, _: &mut u64, state: &ToyState, key: Key, out: &mut Outcome<Self>, _: &Stop) {
         self.fill(state, key, out);
     }
 

@@ -143,6 +143,7 @@ impl<D: Domain> Tree<D> {
             reused: 0,
             waves: 0,
             step_time: std::time::Duration::ZERO,
+            full: false,
         };
         let planted = match root {
             Some((state, key)) => search.plant(state, key)?,

@@ -156,12 +156,12 @@ impl<D: Domain> Search<'_, D> {
         }
         let child = if job != NONE {
             match self.work.jobs[job as usize].outcome.status {
-                Status::Legal => self.store(job, node, edge)?,
+                Status::Legal => match self.store(job, node, edge)? {
+                    Some(child) => child,
+                    None => return Ok(self.put_back(node, edge)),
+                },
                 Status::Illegal => NONE,
-                Status::Interrupted => {
-                    self.frontier.untake(self.arena, node, edge);
-                    return Ok(NONE);
-                }
+                Status::Interrupted => return Ok(self.put_back(node, edge)),
             }
         } else {
             self.reused += 1;
@@ -173,6 +173,12 @@ impl<D: Domain> Search<'_, D> {
             self.frontier.attach(self.arena, child);
         }
         Ok(child)
+    }
+
+    /// As if the action had not been selected.
+    fn put_back(&mut self, node: u32, edge: u32) -> u32 {
+        self.frontier.untake(self.arena, node, edge);
+        NONE
     }
 
     /// Makes job number `index` ready: `edge` of `node`.
@@ -209,11 +215,19 @@ impl<D: Domain> Search<'_, D> {
         Ok(())
     }
 
-    /// Stores the outcome of a job as a ghost below `edge` of `node`.
-    pub(super) fn store(&mut self, job: u32, node: u32, edge: u32) -> Result<u32> {
-        let job = &mut self.work.jobs[job as usize];
+    /// Stores the outcome of a job as a ghost below `edge` of `node`. None where the budget of bytes has no room for it: the
+    /// search ends with this wave.
+    pub(super) fn store(&mut self, job: u32, node: u32, edge: u32) -> Result<Option<u32>> {
+        let job_index = job as usize;
+        let job = &self.work.jobs[job_index];
         check(&job.outcome)?;
-        Ok(self.arena.push(node, edge, job.key, self.params.discount, &mut job.outcome))
+        let actions = if job.outcome.terminal { 0 } else { job.outcome.candidates.len() };
+        if self.full || !self.fits(actions) {
+            self.full = true;
+            return Ok(None);
+        }
+        let job = &mut self.work.jobs[job_index];
+        Ok(Some(self.arena.push(node, edge, job.key, self.params.discount, &mut job.outcome)))
     }
 }
 

@@ -110,7 +110,7 @@ fn classifier(args: &AssessGraspArgs, gc: &Gc) -> Outcome<()> {
     let mut scratch = ImageScratch::default();
     let mut stated = |scene: &Scene, state: &State, target: usize| {
         check_gripper(gc.model(), scene)?;
-        gc.probability(&mut scratch, scene, state, target)
+        gc.probability(&mut scratch, scene, state, target, &Stop::never())
     };
     let bar = progress::bar(args.count as u64, "targets");
     let done = &mut |n: usize| bar.set_position(n as u64);
@@ -127,7 +127,7 @@ fn map(args: &AssessGraspArgs, gn: &Gn) -> Outcome<()> {
     let (mut scratch, mut best) = (ImageScratch::default(), Vec::new());
     let mut named = |scene: &Scene, state: &State, target: usize| {
         check_gripper(gn.model(), scene)?;
-        gn.best(&mut scratch, scene, state, target, 1, &mut best)?;
+        gn.best(&mut scratch, scene, state, target, 1, &mut best, &Stop::never())?;
         let opening = scene.gripper().grasp.opening;
         Ok(best.first().map(|b| Grasp {
             body: target,

@@ -90,6 +90,7 @@ impl Dipn {
         range: std::ops::Range<usize>,
         jobs: &[PushJob<'_>],
         results: &mut [PushResult],
+        stop: &Stop,
     ) {
         let Workspace { batch, motions, active, guesses, .. } = memory;
         batch.clear(self.table.len());
@@ -98,7 +99,8 @@ impl Dipn {
             let guess = self.planar.as_ref().map(|_| &guesses[k].state);
             batch.add(&self.table, &self.scene, job.state, &job.push, guess, None);
         }
-        let answered = self.model.predict(batch, motions).is_ok() && motions.len() == range.len() * self.table.len();
+        let answered =
+            self.model.predict(batch, motions, stop).is_ok() && motions.len() == range.len() * self.table.len();
         for (k, motions) in range.zip(motions.chunks(self.table.len().max(1))) {
             let (job, result) = (&jobs[active[k]], &mut results[active[k]]);
             if !answered {
@@ -182,11 +184,14 @@ impl Transition for Dipn {
         let chunk = self.model.chunk().max(1);
         let count = memory.active.len();
         for first in (0..count).step_by(chunk) {
+            if !stop.requested() {
+                self.predict(memory, first..(first + chunk).min(count), jobs, results, stop);
+            }
+            // Also of a chunk in whose midst the network was stopped.
             if stop.requested() {
                 memory.active[first..].iter().for_each(|&i| results[i].status = PushStatus::Interrupted);
                 return;
             }
-            self.predict(memory, first..(first + chunk).min(count), jobs, results);
         }
     }
 }

@@ -6,7 +6,7 @@ use crate::run::Stop;
 pub const MOST_LANES: usize = 32;
 
 /// Slices between two looks at the stop: some tens of microseconds of work.
-const POLL_EVERY: usize = 16;
+const POLL_EVERY: usize = 4;
 
 /// What an engine does in a lane. A job consists of slices (time steps, say): its own part of each is done lane by lane
 /// in [`LaneWork::begin`] and [`LaneWork::advance`], the part that all lanes share in [`LaneWork::sweep`].
@@ -17,7 +17,8 @@ pub trait LaneWork {
     /// Loads a job into a lane that has none and prepares its first slice. False if the job is done already.
     fn begin(&mut self, lane: usize, job: usize) -> bool;
 
-    /// Works on the slices of all lanes at once until at least one is finished. The finished lanes, one bit each.
+    /// Works on the slices of all lanes at once until at least one is finished, or for some tens of microseconds. The finished
+    /// lanes, one bit each.
     fn sweep(&mut self) -> u32;
 
     /// Ends the lane's slice and prepares its next. False if the job is done; its results are written then.
@@ -46,6 +47,9 @@ pub fn run<W: LaneWork>(work: &mut W, jobs: usize, stop: &Stop) {
     }
     while busy != 0 && !stopped {
         let mut finished = work.sweep() & busy;
+        if finished == 0 && stop.requested() {
+            stopped = true;
+        }
         while finished != 0 {
             let lane = finished.trailing_zeros() as usize;
             finished &= finished - 1;
@@ -54,7 +58,13 @@ pub fn run<W: LaneWork>(work: &mut W, jobs: usize, stop: &Stop) {
                 stopped = true;
                 break;
             }
-            if !work.advance(lane) {
+            let goes_on = work.advance(lane);
+            // A slice that takes long is broken off by itself, and its result is none.
+            if !goes_on && stop.requested() {
+                stopped = true;
+                break;
+            }
+            if !goes_on {
                 held[lane] = load(work, lane, &mut next, jobs, stop, &mut stopped);
                 if held[lane].is_none() {
                     busy &= !(1 << lane);
@@ -89,7 +99,13 @@ fn load(
         }
         let job = *next;
         *next += 1;
-        if work.begin(lane, job) {
+        let begun = work.begin(lane, job);
+        if stop.requested() {
+            *stopped = true;
+            work.interrupt(job);
+            break;
+        }
+        if begun {
             return Some(job);
         }
     }
@@ -100,6 +116,7 @@ fn load(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::run::{Budget, CancelToken};
 
     const LANES: usize = 8;
 
@@ -153,6 +170,43 @@ mod tests {
                 // 200 slices on eight lanes.
                 assert!(work.sweeps <= 200 / LANES + 4, "{}", work.sweeps);
             }
+        }
+    }
+
+    /// Its slices take for ever.
+    #[derive(Default)]
+    struct Endless {
+        sweeps: u64,
+        interrupted: Vec<usize>,
+    }
+
+    impl LaneWork for Endless {
+        const LANES: usize = LANES;
+
+        fn begin(&mut self, _: usize, _: usize) -> bool {
+            true
+        }
+        fn sweep(&mut self) -> u32 {
+            self.sweeps += 1;
+            0
+        }
+        fn advance(&mut self, _: usize) -> bool {
+            true
+        }
+        fn idle(&mut self, _: usize) {}
+        fn interrupt(&mut self, job: usize) {
+            self.interrupted.push(job);
+        }
+    }
+
+    #[test]
+    fn a_slice_that_does_not_end_is_interrupted_too() {
+        for (jobs, looks) in [(1, 3), (5, 40), (20, 100), (20, 1)] {
+            let mut work = Endless::default();
+            run(&mut work, jobs, &Budget::default().start(&[CancelToken::after_looks(looks)]));
+            work.interrupted.sort_unstable();
+            assert_eq!(work.interrupted, (0..jobs).collect::<Vec<_>>(), "{looks} looks");
+            assert!(work.sweeps <= looks, "{} sweeps, {looks} looks", work.sweeps);
         }
     }
 

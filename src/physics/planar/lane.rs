@@ -8,6 +8,7 @@ use super::trig::sin_cos;
 use crate::physics::lanes::{LANES, Simd8};
 use crate::physics::narrow::{Frame2, Octet, Placed, contact};
 use crate::physics::transition::{PushJob, PushResult, PushStatus};
+use crate::run::Stop;
 use crate::scene::{BodyPose, Mask, Scene, State};
 
 /// A gap below this ends the free travel of the tip, metres.
@@ -86,7 +87,12 @@ pub struct Shared<'a> {
     pub scene: &'a Scene,
     pub model: &'a Model,
     pub settings: &'a PlanarSettings,
+    /// What takes long is broken off when it is requested: the push is not to be used then.
+    pub stop: &'a Stop,
 }
+
+/// Pairs of pieces between two looks at the stop: some tens of microseconds.
+const PAIRS_PER_LOOK: usize = 64;
 
 impl Lane {
     pub fn new(index: usize) -> Lane {
@@ -168,7 +174,7 @@ impl Lane {
         impulses: &mut [Impulse; SLOTS],
         cursor: &mut Cursor,
     ) -> bool {
-        while self.steps_left + self.clean_up_left > 0 {
+        while self.steps_left + self.clean_up_left > 0 && !shared.stop.requested() {
             self.find_contacts(s, shared, impulses);
             if self.steps_left == 0 && self.overlap <= shared.settings.clean_up_overlap as f32 {
                 return false;
@@ -378,7 +384,7 @@ impl Lane {
                     continue;
                 }
                 let mut least = full;
-                self.pairs(shared.model, a, b, full, |_, _, first, second| {
+                self.pairs(shared, a, b, full, |_, _, first, second| {
                     least = least.min(contact(s, first, second, full).gap());
                 });
                 let half = 0.5 * least.max(0.0);
@@ -391,14 +397,20 @@ impl Lane {
     /// Calls `visit` with the pieces of two bodies whose own bounding circles are nearer than `within`.
     fn pairs(
         &self,
-        model: &Model,
+        shared: &Shared<'_>,
         a: usize,
         b: usize,
         within: f32,
         mut visit: impl FnMut(usize, usize, Placed<'_>, Placed<'_>),
     ) {
-        for p in model.bodies[a].pieces.clone() {
-            for q in model.bodies[b].pieces.clone() {
+        let model = shared.model;
+        let (first, second) = (model.bodies[a].pieces.clone(), model.bodies[b].pieces.clone());
+        let looks = first.len() * second.len() > PAIRS_PER_LOOK;
+        for p in first {
+            if looks && shared.stop.requested() {
+                return;
+            }
+            for q in second.clone() {
                 let reach = model.outlines[p].radius + model.outlines[q].radius + within;
                 if nearer(self.centres[p], self.centres[q], reach) {
                     visit(p, q, self.placed(model, p), self.placed(model, q));
@@ -474,7 +486,7 @@ impl Lane {
             for b in Mask(near.0 & !self.spread.0).iter() {
                 let border = self.borders[a] + self.borders[b];
                 let within = reach + border;
-                self.pairs(model, a, b, within, |p, q, first, second| {
+                self.pairs(shared, a, b, within, |p, q, first, second| {
                     let manifold = contact(s, first, second, within);
                     let pieces = (p as u64) << 32 | q as u64;
                     let pair = Pair { a: Some(a), b, pieces, border, tip_move: [0.0; 2], reach: f32::INFINITY };

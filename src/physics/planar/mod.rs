@@ -130,7 +130,7 @@ impl WithSimd for Call<'_> {
         order.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         let mut work = Work {
             simd,
-            shared: Shared { scene: &engine.scene, model: &engine.model, settings: &engine.settings },
+            shared: Shared { scene: &engine.scene, model: &engine.model, settings: &engine.settings, stop: self.stop },
             constants: Constants {
                 least_slope: engine.settings.least_slope as f32,
                 momentum: engine.settings.momentum as f32,

@@ -48,16 +48,18 @@ impl Pool {
         let (model, settings) = (&engine.model, &engine.settings);
         let tolerance = settings.tolerance as Real;
         loop {
+            // Looked at before every step of a world: those of many bodies take some tens of microseconds.
             if stop.requested() {
-                let unfinished = self.jobs.iter_mut().filter_map(Option::take).chain(next..count);
-                unfinished.for_each(|job| results[job].status = PushStatus::Interrupted);
-                return;
+                return self.interrupt(next..count, results);
             }
             let mut solving = 0;
             for (world, held) in self.worlds.iter_mut().zip(&mut self.jobs).take(wanted) {
                 if world.rows.solving {
                     solving += 1;
                     continue;
+                }
+                if stop.requested() {
+                    break;
                 }
                 // The step is solved, or there is none: go on to the next that has something to solve.
                 if let Some(job) = *held {
@@ -69,7 +71,7 @@ impl Pool {
                     engine.finish(world, &jobs[job], &mut results[job]);
                     *held = None;
                 }
-                while next < count && held.is_none() {
+                while next < count && held.is_none() && !stop.requested() {
                     let job = next;
                     next += 1;
                     if !engine.begin(world, &jobs[job], &mut results[job]) {
@@ -82,6 +84,9 @@ impl Pool {
                         engine.finish(world, &jobs[job], &mut results[job]);
                     }
                 }
+            }
+            if stop.requested() {
+                continue;
             }
             if solving == 0 {
                 return;
@@ -97,5 +102,11 @@ impl Pool {
                 world.rows.end_sweep(tolerance);
             }
         }
+    }
+
+    /// The jobs that are under way and those that were not begun will not be finished.
+    fn interrupt(&mut self, left: std::ops::Range<usize>, results: &mut [PushResult]) {
+        let unfinished = self.jobs.iter_mut().filter_map(Option::take).chain(left);
+        unfinished.for_each(|job| results[job].status = PushStatus::Interrupted);
     }
 }

@@ -9,6 +9,7 @@ use std::any::Any;
 use super::parts::ClearParts;
 use crate::action::Grasp;
 use crate::grasp::GraspAssessment;
+use crate::run::Stop;
 use crate::scene::{Mask, State};
 
 /// What can be taken from a state.
@@ -29,7 +30,9 @@ pub struct Outlook {
 }
 
 impl Outlook {
-    /// Of a state whose bodies `which` have these assessments; `state` is worked on, and holds what is left at the end.
+    /// Of a state whose bodies `which` have these assessments; `state` is worked on, and holds what is left at the end. With a
+    /// requested stop it is not to be used.
+    #[allow(clippy::too_many_arguments)]
     pub(super) fn new(
         parts: &ClearParts,
         scorer: &mut (dyn Any + Send),
@@ -37,6 +40,7 @@ impl Outlook {
         which: Mask,
         enough: f64,
         mut of: impl FnMut(usize) -> GraspAssessment,
+        stop: &Stop,
     ) -> Outlook {
         let mut outlook = Outlook { remaining: which.count(), ..Outlook::default() };
         let mut near = [0.0f64; crate::scene::MAX_BODIES];
@@ -64,7 +68,7 @@ impl Outlook {
                 if !parts.near(state, other, body) {
                     continue;
                 }
-                let found = parts.assess(scorer, state, other);
+                let found = parts.assess(scorer, state, other, stop);
                 near[other] = rank(&found, enough);
                 if found.grasp.is_some() && found.score >= enough {
                     taken_sum += found.score;
@@ -103,7 +107,8 @@ fn rank(found: &GraspAssessment, enough: f64) -> f64 {
 /// which may differ between bodies. `found` holds the bodies' assessments in `state`.
 ///
 /// A body is assessed anew when its turn comes, or when nothing else can be taken, and not whenever a neighbour is taken:
-/// a network takes milliseconds for each. Until then its earlier score stands, which more room can only raise.
+/// a network takes milliseconds for each. Until then its earlier score stands, which more room can only raise. With a
+/// requested stop the list ends where a body would have to be assessed anew.
 pub(super) fn take_in_turn(
     parts: &ClearParts,
     scorer: &mut (dyn Any + Send),
@@ -111,6 +116,7 @@ pub(super) fn take_in_turn(
     which: Mask,
     enough: impl Fn(usize) -> f64,
     found: &mut [GraspAssessment],
+    stop: &Stop,
 ) -> Vec<(Grasp, State)> {
     let mut state = state.clone();
     let mut left = which;
@@ -130,8 +136,12 @@ pub(super) fn take_in_turn(
                 let Some(body) = next.map(|(body, _)| body).or_else(|| left.iter().find(|&b| stale.contains(b))) else {
                     return taken;
                 };
+                let anew = parts.assess(scorer, &state, body, stop);
+                if stop.requested() {
+                    return taken;
+                }
                 stale.remove(body);
-                found[body] = parts.assess(scorer, &state, body);
+                found[body] = anew;
             }
         }
     }

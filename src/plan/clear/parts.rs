@@ -10,6 +10,7 @@ use crate::action::{ContourSampler, PushSampler};
 use crate::error::Result;
 use crate::grasp::{GeometricScorer, GraspAssessment, Scorer};
 use crate::physics::{PushResult, Scratch as EngineScratch, Transition};
+use crate::run::Stop;
 use crate::scene::{Mask, Scene, State};
 
 /// The parts behind the interfaces: a planner with networks has the same with others in their places.
@@ -74,26 +75,37 @@ impl ClearParts {
     }
 
     /// Assesses every body of `which` in every state: `found[body * states + k]` is of state `k`. The others' entries
-    /// are empty. Bodies come one after the other, each with all states at once, as networks want it.
+    /// are empty, and with a requested stop the rest's. Bodies come one after the other, each with all states at once, as
+    /// networks want it.
     pub(super) fn assess_all(
         &self,
         scorer: &mut (dyn Any + Send),
         states: &[&State],
         which: Mask,
         found: &mut Vec<GraspAssessment>,
+        stop: &Stop,
     ) {
         found.clear();
         found.resize(self.scene.len() * states.len(), GraspAssessment::default());
         for body in which.iter().filter(|&body| body < self.scene.len()) {
             let out = &mut found[body * states.len()..(body + 1) * states.len()];
-            self.scorer.assess(scorer, &self.scene, states, body, out);
+            if stop.requested() {
+                return;
+            }
+            self.scorer.assess(scorer, &self.scene, states, body, out, stop);
         }
     }
 
-    /// Assesses one body in one state.
-    pub(super) fn assess(&self, scorer: &mut (dyn Any + Send), state: &State, body: usize) -> GraspAssessment {
+    /// Assesses one body in one state; nothing can be grasped where the stop is requested.
+    pub(super) fn assess(
+        &self,
+        scorer: &mut (dyn Any + Send),
+        state: &State,
+        body: usize,
+        stop: &Stop,
+    ) -> GraspAssessment {
         let mut out = [GraspAssessment::default()];
-        self.scorer.assess(scorer, &self.scene, &[state], body, &mut out);
+        self.scorer.assess(scorer, &self.scene, &[state], body, &mut out, stop);
         out[0]
     }
 

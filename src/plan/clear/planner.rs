@@ -152,6 +152,11 @@ impl ClearPlanner {
         }
     }
 
+    /// Estimated bytes of the pushes that the last decision judged, which are kept: what a byte budget limits.
+    pub fn memory_bytes(&self) -> usize {
+        self.candidates.len() * self.parts.as_ref().map_or(0, |parts| Candidate::bytes(&parts.scene))
+    }
+
     /// Forgets what failed.
     pub fn reset(&mut self) {
         self.demand.clear();
@@ -221,13 +226,13 @@ impl ClearPlanner {
         }
         let mut scorer = parts.scorer.scratch();
         let mut found = std::mem::take(&mut self.found);
-        parts.assess_all(scorer.as_mut(), &[state], remaining, &mut found);
+        parts.assess_all(scorer.as_mut(), &[state], remaining, &mut found, stop);
         let rule = &self.recipe.rule;
         let demand = &self.demand;
         let now = Now::new(remaining, &found, demand);
 
         if best(remaining, &|body| rule.direct_score.max(demand[body]), &found).is_some() {
-            self.take(parts, state, remaining, rule.direct_score, &mut found, plan);
+            self.take(parts, state, remaining, rule.direct_score, &mut found, plan, stop);
             self.found = found;
             left(parts, plan, ending);
             return Ok(());
@@ -235,7 +240,11 @@ impl ClearPlanner {
         let chosen = match rule.choice {
             PushChoice::Never => None,
             PushChoice::Random => self.any_push(parts, state),
-            PushChoice::Judged => self.best_push(parts, state, budget, control, stop, plan, ending)?,
+            PushChoice::Judged => match self.best_push(parts, state, budget, control, stop, plan, ending)? {
+                // A limit came before a push was found to be of use: a legal one is better than none.
+                None if ending.limit.is_some() => self.candidates.first().map(|c| unjudged(c.push, state)),
+                chosen => chosen,
+            },
         };
         let rule = &self.recipe.rule;
         let least = match (&chosen, rule.worth) {
@@ -253,7 +262,7 @@ impl ClearPlanner {
         if let Some(least) = least
             && best(remaining, &|body| least.max(self.demand[body]), &found).is_some()
         {
-            self.take(parts, state, remaining, least, &mut found, plan);
+            self.take(parts, state, remaining, least, &mut found, plan, stop);
             // What comes after a grasp that is not good enough by itself is decided then.
             plan.actions.truncate(1);
         } else if let Some(chosen) = chosen {
@@ -264,8 +273,8 @@ impl ClearPlanner {
                 value: judged.value,
             });
             let enough = self.options.grasp.solved_score;
-            parts.assess_all(scorer.as_mut(), &[&predicted], remaining, &mut found);
-            let taken = take_in_turn(parts, scorer.as_mut(), &predicted, remaining, |_| enough, &mut found);
+            parts.assess_all(scorer.as_mut(), &[&predicted], remaining, &mut found, stop);
+            let taken = take_in_turn(parts, scorer.as_mut(), &predicted, remaining, |_| enough, &mut found, stop);
             list(plan, taken);
         } else if stop.requested() {
             ending.limit = ending.limit.take().or_else(|| Reason::limit(&budget, stop.reason()));
@@ -286,6 +295,7 @@ impl ClearPlanner {
     }
 
     /// The plan to take body after body where each scores `least` and what it has to.
+    #[allow(clippy::too_many_arguments)]
     fn take(
         &self,
         parts: &ClearParts,
@@ -294,10 +304,11 @@ impl ClearPlanner {
         least: f64,
         found: &mut [GraspAssessment],
         plan: &mut Plan,
+        stop: &Stop,
     ) {
         let mut scorer = parts.scorer.scratch();
         let enough = |body: usize| least.max(self.demand[body]);
-        list(plan, take_in_turn(parts, scorer.as_mut(), state, remaining, enough, found));
+        list(plan, take_in_turn(parts, scorer.as_mut(), state, remaining, enough, found, stop));
     }
 
     /// Every push that may be tried, in a random order; those of several lengths side by side.
@@ -318,8 +329,7 @@ impl ClearPlanner {
     /// The first that is sampled.
     fn any_push(&mut self, parts: &ClearParts, state: &State) -> Option<Chosen> {
         let push = self.sample(parts, state).into_iter().next()?;
-        let judged = Judged { candidate: 0, value: 0.0, freed: 0.0, mean: 0.0, greatest: 0.0 };
-        Some(Chosen { judged, predicted: state.clone(), push })
+        Some(unjudged(push, state))
     }
 
     /// The push that promises most.
@@ -335,7 +345,9 @@ impl ClearPlanner {
         ending: &mut Ending,
     ) -> Result<Option<Chosen>> {
         let mut pushes = self.sample(parts, state);
-        let most = budget.iterations.map_or(usize::MAX, |n| usize::try_from(n).unwrap_or(usize::MAX));
+        let allowed = budget.iterations.map_or(usize::MAX, |n| usize::try_from(n).unwrap_or(usize::MAX));
+        let room = budget.bytes.map_or(usize::MAX, |bytes| bytes / Candidate::bytes(&parts.scene));
+        let most = allowed.min(room);
         let limited = pushes.len() > most;
         pushes.truncate(most);
         self.candidates.resize_with(pushes.len().max(self.candidates.len()), || Candidate::new(Push::default(), 0));
@@ -365,7 +377,8 @@ impl ClearPlanner {
         let ranked = judging.ranked(&self.candidates);
         plan.considered = considered(&self.candidates, &ranked);
         if limited || sooner.requested() {
-            ending.limit = Reason::limit(&budget, sooner.reason());
+            let full = room < allowed && !sooner.requested();
+            ending.limit = if full { Some(Reason::memory(&budget)) } else { Reason::limit(&budget, sooner.reason()) };
         }
         let Some(first) = ranked.first() else { return Ok(None) };
         if confirms && !stop.requested() {
@@ -386,6 +399,12 @@ impl ClearPlanner {
         let candidate = &self.candidates[first.candidate];
         Ok(Some(Chosen { judged: *first, predicted: candidate.result.state.clone(), push: candidate.push }))
     }
+}
+
+/// A push of which nothing is known: what it does is not predicted.
+fn unjudged(push: Push, state: &State) -> Chosen {
+    let judged = Judged { candidate: 0, value: 0.0, freed: 0.0, mean: 0.0, greatest: 0.0 };
+    Chosen { judged, predicted: state.clone(), push }
 }
 
 /// The present assessments, without the grasps that failed.

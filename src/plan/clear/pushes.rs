@@ -10,7 +10,7 @@ use crate::error::Result;
 use crate::geom::{Pose2, normalize_angle};
 use crate::physics::{PushJob, PushResult, PushStatus};
 use crate::run::{Key, Pool, Progress, ProgressSnapshot, Stop};
-use crate::scene::State;
+use crate::scene::{BodyPose, Scene, State};
 
 /// Pushes judged between two looks at the clock and two reports of progress, for each worker's batch.
 const BATCHES_PER_LOOK: usize = 4;
@@ -34,6 +34,11 @@ pub(super) struct Candidate {
 impl Candidate {
     pub fn new(push: Push, world: usize) -> Candidate {
         Candidate { push, world, result: PushResult::default(), outlook: None, done: false }
+    }
+
+    /// Estimated, with the state after the push.
+    pub fn bytes(scene: &Scene) -> usize {
+        size_of::<Candidate>() + scene.len() * size_of::<BodyPose>()
     }
 }
 
@@ -114,7 +119,7 @@ impl Judging<'_> {
         // A push takes nothing away: the bodies to be taken are the same in all states.
         let which = self.parts.remaining(first);
         let Scratch { scorer, found, state, .. } = scratch;
-        self.parts.assess_all(scorer.as_mut(), &states, which, found);
+        self.parts.assess_all(scorer.as_mut(), &states, which, found, self.stop);
         let count = states.len();
         let enough = if self.rule.worth == PushWorth::Freed { self.enough } else { f64::INFINITY };
         let useful = group.iter_mut().zip(&useful).filter(|(_, useful)| **useful);
@@ -124,8 +129,9 @@ impl Judging<'_> {
             } else {
                 state.clone_from(&candidate.result.state);
                 let of = |body: usize| found[body * count + k];
-                let outlook = Outlook::new(self.parts, scorer.as_mut(), state, which, enough, of);
-                candidate.outlook = Some(outlook);
+                let outlook = Outlook::new(self.parts, scorer.as_mut(), state, which, enough, of, self.stop);
+                candidate.done = !self.stop.requested();
+                candidate.outlook = candidate.done.then_some(outlook);
             }
         }
     }

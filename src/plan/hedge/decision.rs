@@ -193,7 +193,7 @@ fn as_predicted(
             }
             state = result.state;
             states.push(state.clone());
-            let found = domain.assess(&mut scratch, &state);
+            let found = domain.assess(&mut scratch, &state, stop);
             if domain.solves(&found) {
                 return Some((states, found));
             }
@@ -202,7 +202,7 @@ fn as_predicted(
     });
     let (states, found) = match faithful {
         Some(known) => known,
-        None => (way.states.clone(), domain.assess(&mut scratch, way.states.last()?)),
+        None => (way.states.clone(), domain.assess(&mut scratch, way.states.last()?, &Stop::never())),
     };
     let pushes = way.pushes.iter().copied().zip(states).collect();
     Some(Confirmed { pushes, grasp: found.grasp?, score: found.score })

@@ -103,7 +103,10 @@ impl<'a> World<'a> {
             look += 1;
             for e in episodes.iter_mut().filter(|e| e.cost.is_none()) {
                 e.seen = rules.ensemble.observe(self.index, &e.truth, look);
-                let found = rules.domain.assess(&mut bench.model, &e.seen);
+                let found = rules.domain.assess(&mut bench.model, &e.seen, rules.stop);
+                if rules.stop.requested() {
+                    return;
+                }
                 if let Some(grasp) = found.grasp.filter(|g| g.score >= rules.execute_score) {
                     e.taken += 1;
                     let held = bench.jaw.holds(&e.truth, &grasp);
@@ -147,6 +150,9 @@ impl<'a> World<'a> {
         let domain = rules.domain;
         let mut pushes: Vec<(usize, Push)> = Vec::new();
         for (i, e) in episodes.iter_mut().enumerate().filter(|(_, e)| e.cost.is_none()) {
+            if rules.stop.requested() {
+                return false;
+            }
             e.best = None;
             domain.list(&mut bench.model, &e.seen, &mut bench.sampled);
             pushes.extend(bench.sampled.iter().map(|push| (i, *push)));
@@ -164,7 +170,10 @@ impl<'a> World<'a> {
             if result.status != PushStatus::Executed || !domain.useful(&e.seen, result) {
                 continue;
             }
-            let found = domain.assess(&mut bench.model, &result.state);
+            let found = domain.assess(&mut bench.model, &result.state, rules.stop);
+            if rules.stop.requested() {
+                return false;
+            }
             let solved = domain.solves(&found);
             let worth = if found.grasp.is_some() { 1.0 + found.score } else { found.nearness };
             if e.best.is_none_or(|(s, w, _)| (solved, worth) > (s, w)) {

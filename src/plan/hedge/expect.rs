@@ -121,6 +121,9 @@ pub(super) fn weigh(
     observed: &State,
     simulations: &mut [u64; 2],
 ) -> Result<()> {
+    if ways.is_empty() || rules.stop.requested() {
+        return Ok(());
+    }
     let benches = (0..pool.workers()).map(|_| Bench::new(rules).map(Mutex::new)).collect::<Result<Vec<_>>>()?;
     let mut from = 0;
     for (count, keep) in ROUNDS {

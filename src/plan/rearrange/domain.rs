@@ -179,8 +179,8 @@ impl Domain for Rearrange {
         Scratch::default()
     }
 
-    fn root(&self, scratch: &mut Scratch, _: &Reached, key: Key, out: &mut Outcome<Self>) {
-        self.judge(scratch, key, &Stop::never(), out);
+    fn root(&self, scratch: &mut Scratch, _: &Reached, key: Key, out: &mut Outcome<Self>, stop: &Stop) {
+        self.judge(scratch, key, stop, out);
     }
 
     fn step(&self, scratch: &mut Scratch, jobs: &mut [Job<Self>], stop: &Stop) {

@@ -192,12 +192,21 @@ fn the_budget_of_memory_is_obeyed() {
     let pool = Pool::inline();
     let stop = Stop::never();
     let mut tree = Tree::new();
-    let budget = Budget { iterations: Some(1_000_000), bytes: Some(200_000), seconds: None };
-    let params = Params { max_depth: 30, ..Params::pmbs(16) };
-    let report = tree.search(&toy, &toy.start(), &params, 1, &inline(&pool, &stop, budget)).unwrap();
-    assert_eq!(report.reason, EndReason::Memory);
-    assert!(report.bytes <= 200_000 && report.bytes > 100_000, "{}", report.bytes);
-    assert!(report.best_action.is_some());
+    for bytes in [5_000, 20_000, 70_000, 200_000] {
+        for lanes in [1, 16, 256] {
+            let budget = Budget { iterations: Some(1_000_000), bytes: Some(bytes), seconds: None };
+            let params = Params { max_depth: 30, ..Params::pmbs(lanes) };
+            let report = tree.search(&toy, &toy.start(), &params, 1, &inline(&pool, &stop, budget)).unwrap();
+            assert_eq!(report.reason, EndReason::Memory);
+            // Not even the wave that fills it goes beyond.
+            assert!(report.bytes <= bytes && report.bytes > bytes / 2, "{lanes} lanes, {bytes}: {}", report.bytes);
+            assert_eq!(tree.bytes(&toy), report.bytes);
+            assert!(report.best_action.is_some(), "{lanes} lanes, {bytes}");
+            // A search that goes on in a full tree adds nothing.
+            let again = tree.resume(&toy, &params, &inline(&pool, &stop, budget)).unwrap();
+            assert!(again.reason == EndReason::Memory && again.bytes <= bytes, "{lanes} lanes, {bytes}: {again:?}");
+        }
+    }
 }
 
 #[test]
@@ -236,7 +245,7 @@ fn advancing_keeps_what_is_below_and_goes_on() {
         let mut rollout_free = tree.nodes().filter(|node| node.level > 0);
         let node = rollout_free.next().unwrap();
         let mut out = Outcome::<Toy>::default();
-        toy.root(&mut 0, node.state, tree.arena.node(node.id as u32).key, &mut out);
+        toy.root(&mut 0, node.state, tree.arena.node(node.id as u32).key, &mut out, &Stop::never());
         let listed: Vec<u32> = tree.arena.edges_of(node.id as u32).map(|edge| tree.arena.edge(edge).action).collect();
         assert_eq!(listed, out.candidates.iter().map(|c| c.action).collect::<Vec<_>>());
     }
@@ -271,7 +280,7 @@ impl Domain for Faulty {
 
     fn scratch(&self) {}
 
-    fn root(&self, (): &mut (), (): &(), _: Key, out: &mut Outcome<Self>) {
+    fn root(&self, (): &mut (), (): &(), _: Key, out: &mut Outcome<Self>, _: &Stop) {
         out.status = if self.0 == "root" { Status::Illegal } else { Status::Legal };
         out.candidates.extend((0..4).map(Candidate::new));
     }

@@ -52,7 +52,7 @@ impl Domain for Listed {
 
     fn scratch(&self) {}
 
-    fn root(&self, (): &mut (), &state: &usize, _: Key, out: &mut Outcome<Self>) {
+    fn root(&self, (): &mut (), &state: &usize, _: Key, out: &mut Outcome<Self>, _: &Stop) {
         self.fill(state, out);
     }
 
@@ -107,7 +107,7 @@ fn a_discount_of_the_action_replaces_that_of_the_search() {
         type Action = usize;
         type Scratch = ();
         fn scratch(&self) {}
-        fn root(&self, (): &mut (), _: &usize, _: Key, out: &mut Outcome<Self>) {
+        fn root(&self, (): &mut (), _: &usize, _: Key, out: &mut Outcome<Self>, _: &Stop) {
             out.status = Status::Legal;
             out.candidates.push(Candidate::new(1));
         }
@@ -196,7 +196,7 @@ fn guided_search_weighs_priors_against_returns() {
         type Action = u32;
         type Scratch = ();
         fn scratch(&self) {}
-        fn root(&self, (): &mut (), _: &u32, _: Key, out: &mut Outcome<Self>) {
+        fn root(&self, (): &mut (), _: &u32, _: Key, out: &mut Outcome<Self>, _: &Stop) {
             out.status = Status::Legal;
             out.candidates
                 .extend((0u8..3).map(|i| Candidate::with_prior(u32::from(i), [0.3, 5.0, 0.4][usize::from(i)])));

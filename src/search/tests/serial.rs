@@ -1,7 +1,7 @@
 //! One lane against a plain implementation of the published loop, written for clarity alone.
 
 use super::*;
-use crate::run::{Key, Stream};
+use crate::run::{Key, Stop, Stream};
 use crate::search::toy::ToyState;
 
 struct Plain {
@@ -28,7 +28,7 @@ impl Rules<'_> {
     /// The domain's answer for one state, by way of the domain's own code.
     fn node(&self, state: ToyState, level: u32, key: Key) -> Plain {
         let mut out = Outcome::default();
-        self.toy.root(&mut 0, &state, key, &mut out);
+        self.toy.root(&mut 0, &state, key, &mut out, &Stop::never());
         let listed = if out.terminal { Vec::new() } else { out.candidates };
         let actions: Vec<_> = listed.iter().map(|c| (c.action, c.expansion_only)).collect();
         let untried = (0..actions.len()).collect();
