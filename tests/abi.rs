@@ -70,6 +70,7 @@ fn rust_layout() -> String {
         jostle_ranked_action { action, value, best_return, visits, prior, solution_actions, reserved },
         jostle_plan_statistics { struct_size, no_plan_within, iterations, nodes, simulations, seed, seconds, domain_seconds, search_seconds, grasp_score, plans_tried, plans_confirmed, confirm_simulations, confirm_seconds, proved_shortest, worlds, success_chance, expected_actions },
         jostle_simulator_options { struct_size, reserved, engine, preset, seed, friction_spread, position_noise, angle_noise },
+        jostle_execute_options { struct_size, reserved, max_seconds, cancel },
     }
     text
 }

@@ -499,7 +499,8 @@ typedef struct jostle_planner_options {
   uint64_t max_iterations;
   /// Wall-clock seconds of one decision, greater than 0; infinity (HUGE_VAL, the default) for no such limit.
   double max_seconds;
-  /// Bytes of the search tree, at least 1; JOSTLE_NO_LIMIT (the default) for no such limit.
+  /// Bytes of the search tree, or of the pushes that a planner of clearings judges, at least 1; JOSTLE_NO_LIMIT (the default)
+  /// for no such limit. Planners of rearrangements other than "pmmr" do not count theirs.
   uint64_t max_bytes;
   /// Travel of a push, metres; 0 (the default) for the sampler's own.
   double push_length;
@@ -661,6 +662,18 @@ typedef struct jostle_simulator_options {
   /// Standard deviation of observed headings, radians: 0 by default, at most 0.5.
   double angle_noise;
 } jostle_simulator_options;
+
+/// What one action is told.
+typedef struct jostle_execute_options {
+  /// Set by jostle_execute_options_default().
+  uint32_t struct_size;
+  /// 0.
+  uint32_t reserved;
+  /// Wall-clock limit, seconds; infinity (the default) for none.
+  double max_seconds;
+  /// Ends the action when triggered; null (the default) for none. It may be freed while the action runs.
+  const struct jostle_cancel *cancel;
+} jostle_execute_options;
 
 /// What an action did: one of the JOSTLE_EFFECT_ values.
 typedef int32_t jostle_effect;
@@ -859,6 +872,9 @@ typedef int32_t jostle_effect;
 
 /// The grasp does not hold where the bodies really are, or is not one of the target; nothing changed.
 #define JOSTLE_EFFECT_MISSED 4
+
+/// The action was not finished: its limit was reached, or it was cancelled. Nothing changed.
+#define JOSTLE_EFFECT_INTERRUPTED 5
 
 #ifdef __cplusplus
 extern "C" {
@@ -1731,14 +1747,16 @@ jostle_status jostle_planner_failed(struct jostle_planner *planner,
 /// Errors: ARGUMENT (null), HANDLE, BUSY, POISONED.
 jostle_status jostle_planner_reset(struct jostle_planner *planner);
 
-/// Bytes that the search tree holds.
+/// Bytes that the search tree holds, or the pushes that a planner of clearings judged last; 0 for planners of
+/// rearrangements, which do not count theirs.
 ///
 /// Thread: exclusive use of planner.
 /// RT: no.
 /// Nullable: none.
 /// Owns: nothing.
 /// Errors: ARGUMENT (null), HANDLE, BUSY, POISONED.
-jostle_status jostle_planner_memory(struct jostle_planner *planner, uint64_t *bytes);
+jostle_status jostle_planner_memory(struct jostle_planner *planner,
+                                    uint64_t *bytes);
 
 /// How far the planner's decision is, whichever thread makes it; the last numbers if none is being made.
 ///
@@ -2054,7 +2072,19 @@ jostle_status jostle_simulator_new(const struct jostle_context *context,
 /// Errors: none returned; a dead handle leaves a message in jostle_last_error().
 void jostle_simulator_free(struct jostle_simulator *simulator);
 
-/// Executes an action and says what it did.
+/// Sets every field to its default; `size` is sizeof(jostle_execute_options) as the caller was compiled.
+/// jostle_execute_options_default() in this header does it for you.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: the caller.
+/// Errors: ARGUMENT (null, a size that no version has).
+jostle_status jostle_execute_options_init(struct jostle_execute_options *options,
+                                          size_t size);
+
+/// Executes an action and says what it did. It takes as long as the engine needs (in "bullet" seconds with many bodies):
+/// jostle_simulator_execute_within() has a limit and can be cancelled.
 ///
 /// Thread: exclusive use of simulator.
 /// RT: no.
@@ -2065,6 +2095,20 @@ void jostle_simulator_free(struct jostle_simulator *simulator);
 jostle_status jostle_simulator_execute(struct jostle_simulator *simulator,
                                        const struct jostle_action *action,
                                        jostle_effect *effect);
+
+/// The same within a limit: where the action is not finished when the time is up, or when it is cancelled, the effect is
+/// JOSTLE_EFFECT_INTERRUPTED and the world is as it was before.
+///
+/// Thread: exclusive use of simulator.
+/// RT: no.
+/// Nullable: options (all defaults: no limit).
+/// Owns: `action` and `options` are copied.
+/// Errors: ARGUMENT (null, not finite, unknown kind, an option: the message names it), HANDLE, BUSY, NOT_FOUND
+/// (action.body), UNSUPPORTED, PANIC, POISONED, ABI. Running into the limit and being cancelled are effects.
+jostle_status jostle_simulator_execute_within(struct jostle_simulator *simulator,
+                                              const struct jostle_action *action,
+                                              const struct jostle_execute_options *options,
+                                              jostle_effect *effect);
 
 /// The name of an effect, such as "pushed"; "unknown effect" for other numbers.
 ///
@@ -2203,6 +2247,13 @@ static inline jostle_plan_statistics jostle_plan_statistics_default(void) {
 static inline jostle_simulator_options jostle_simulator_options_default(void) {
     jostle_simulator_options value;
     jostle_simulator_options_init(&value, sizeof value);
+    return value;
+}
+
+/// All defaults, with the size that this header knows.
+static inline jostle_execute_options jostle_execute_options_default(void) {
+    jostle_execute_options value;
+    jostle_execute_options_init(&value, sizeof value);
     return value;
 }
 

@@ -629,6 +629,12 @@ public:
         check(jostle_simulator_execute(get(), &what, &effect));
         return effect;
     }
+    /// JOSTLE_EFFECT_INTERRUPTED where a limit or a cancel came first: nothing changed then.
+    jostle_effect execute(const action &what, const jostle_execute_options &options) {
+        jostle_effect effect = 0;
+        check(jostle_simulator_execute_within(get(), &what, &options, &effect));
+        return effect;
+    }
     /// What a camera reports now.
     std::vector<body_pose> observe() {
         return detail::array<body_pose>([&](body_pose *to, std::size_t room, std::size_t *count) {

@@ -180,37 +180,43 @@ impl Judge {
 
     /// Does it in the true world.
     pub fn execute(&mut self, action: &Action) -> Result<Effect> {
+        let effect = self.execute_until(action, &Stop::never())?;
+        effect.ok_or_else(|| Error::Internal("the judge's engine stopped in mid action".into()))
+    }
+
+    /// The same until the stop is requested: then nothing was done, and there is no effect.
+    pub fn execute_until(&mut self, action: &Action, stop: &Stop) -> Result<Option<Effect>> {
         action.validate()?;
         match action {
-            Action::Push(push) => self.push(push),
-            Action::Grasp(grasp) => self.grasp(grasp),
+            Action::Push(push) => Ok(self.push(push, stop)),
+            Action::Grasp(grasp) => Ok(self.grasp(grasp, stop)),
         }
     }
 
-    fn push(&mut self, push: &Push) -> Result<Effect> {
-        let result = self.engine.step(&mut self.scratch, &self.truth, push, &Stop::never());
+    fn push(&mut self, push: &Push, stop: &Stop) -> Option<Effect> {
+        let result = self.engine.step(&mut self.scratch, &self.truth, push, stop);
         match result.status {
             PushStatus::Executed => {
                 self.truth = result.state;
-                Ok(Effect::Pushed)
+                Some(Effect::Pushed)
             }
-            PushStatus::Illegal { .. } => Ok(Effect::Blocked),
-            PushStatus::Interrupted => Err(Error::Internal("the judge's engine stopped in mid push".into())),
+            PushStatus::Illegal { .. } => Some(Effect::Blocked),
+            PushStatus::Interrupted => None,
         }
     }
 
     /// The grasp was planned for observed poses. An engine that executes grasps says what was lifted, and only the target
     /// alone counts, or where there is none the body that the grasp was for; in any other the grasp holds if the geometric test passes for it at the true poses.
-    fn grasp(&mut self, grasp: &Grasp) -> Result<Effect> {
-        let Some(result) = self.engine.grasp(&mut self.scratch, &self.truth, grasp, &Stop::never()) else {
+    fn grasp(&mut self, grasp: &Grasp, stop: &Stop) -> Option<Effect> {
+        let Some(result) = self.engine.grasp(&mut self.scratch, &self.truth, grasp, stop) else {
             if !self.wanted(grasp.body) || !self.jaw.holds(&self.truth, grasp) {
-                return Ok(Effect::Missed);
+                return Some(Effect::Missed);
             }
             self.truth.set_present(grasp.body, false);
-            return Ok(Effect::Grasped);
+            return Some(Effect::Grasped);
         };
         if result.status == GraspStatus::Interrupted {
-            return Err(Error::Internal("the judge's engine stopped in mid grasp".into()));
+            return None;
         }
         let taken = self.wanted(grasp.body) && result.took(grasp.body);
         // What was taken wrongly lies where the fingers let go of it. A pose in the plane cannot say how a fallen body
@@ -218,7 +224,7 @@ impl Judge {
         if taken || result.toppled.is_empty() && result.state.present() == self.truth.present() {
             self.truth = result.state;
         }
-        Ok(if taken { Effect::Grasped } else { Effect::Missed })
+        Some(if taken { Effect::Grasped } else { Effect::Missed })
     }
 }
 

@@ -69,7 +69,8 @@ pub struct jostle_planner_options {
     pub max_iterations: u64,
     /// Wall-clock seconds of one decision, greater than 0; infinity (HUGE_VAL, the default) for no such limit.
     pub max_seconds: f64,
-    /// Bytes of the search tree, at least 1; JOSTLE_NO_LIMIT (the default) for no such limit.
+    /// Bytes of the search tree, or of the pushes that a planner of clearings judges, at least 1; JOSTLE_NO_LIMIT (the default)
+    /// for no such limit. Planners of rearrangements other than "pmmr" do not count theirs.
     pub max_bytes: u64,
     /// Travel of a push, metres; 0 (the default) for the sampler's own.
     pub push_length: f64,
@@ -594,7 +595,8 @@ pub unsafe extern "C" fn jostle_planner_reset(planner: *mut jostle_planner) -> j
     })
 }
 
-/// Bytes that the search tree holds.
+/// Bytes that the search tree holds, or the pushes that a planner of clearings judged last; 0 for planners of
+/// rearrangements, which do not count theirs.
 ///
 /// Thread: exclusive use of planner.
 /// RT: no.

@@ -7,8 +7,9 @@ use super::abi::{
     Sized32, fill, init_sized, jostle_body, jostle_body_pose, optional_text, out, out_handle, read_sized_or_default,
 };
 use super::action::{jostle_action, read_action};
+use super::cancel::{Cancel, jostle_cancel};
 use super::context::{Context, jostle_context};
-use super::guard::{self, free, guard};
+use super::guard::{self, Call, free, guard};
 use super::handle::{Kind, Object};
 use super::log::Log;
 use super::scene::{Bodies, Scene, jostle_scene};
@@ -16,6 +17,7 @@ use super::status::{Failure, Outcome, jostle_status};
 use crate::error::Error;
 use crate::eval::{Effect, Judge, JudgeOptions};
 use crate::physics::{PhysicsOptions, Purpose};
+use crate::run::{Budget, Stop};
 
 /// A world to try plans in. It may differ from the planner's model as a real table does. Opaque.
 pub struct jostle_simulator(());
@@ -30,6 +32,9 @@ pub const JOSTLE_EFFECT_BLOCKED: jostle_effect = 2;
 pub const JOSTLE_EFFECT_GRASPED: jostle_effect = 3;
 /// The grasp does not hold where the bodies really are, or is not one of the target; nothing changed.
 pub const JOSTLE_EFFECT_MISSED: jostle_effect = 4;
+
+/// The action was not finished: its limit was reached, or it was cancelled. Nothing changed.
+pub const JOSTLE_EFFECT_INTERRUPTED: jostle_effect = 5;
 
 /// How the world differs from the planner's model: not at all by default, but for the finer preset.
 #[repr(C)]
@@ -72,6 +77,34 @@ unsafe impl Sized32 for jostle_simulator_options {
     }
 }
 
+/// What one action is told.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct jostle_execute_options {
+    /// Set by jostle_execute_options_default().
+    pub struct_size: u32,
+    /// 0.
+    pub reserved: u32,
+    /// Wall-clock limit, seconds; infinity (the default) for none.
+    pub max_seconds: f64,
+    /// Ends the action when triggered; null (the default) for none. It may be freed while the action runs.
+    pub cancel: *const jostle_cancel,
+}
+
+// SAFETY: repr(C), struct_size first, numbers and pointers without padding.
+unsafe impl Sized32 for jostle_execute_options {
+    const NAME: &'static str = "jostle_execute_options";
+    const FIRST_SIZE: usize = 24;
+    fn defaults() -> Self {
+        jostle_execute_options {
+            struct_size: size_of::<Self>() as u32,
+            reserved: 0,
+            max_seconds: f64::INFINITY,
+            cancel: std::ptr::null(),
+        }
+    }
+}
+
 pub(super) struct Simulator {
     log: Arc<Log>,
     bodies: Bodies,
@@ -96,6 +129,26 @@ fn with(
         let mut world = guard::lock(&simulator.world, "simulator")?;
         body(&mut world, &simulator.bodies)
     })
+}
+
+/// When an action is to end.
+///
+/// # Safety
+/// `options` is null or a struct of its size.
+unsafe fn until(call: &mut Call, options: *const jostle_execute_options) -> Outcome<Stop> {
+    // SAFETY: as promised by the caller.
+    let o = unsafe { read_sized_or_default(options, "options") }?;
+    // Not `<= 0`: a NaN is refused as well.
+    if !(o.max_seconds > 0.0) {
+        let reason = format!("is {}; it must be greater than 0, or infinity for no limit", o.max_seconds);
+        return Err(Failure::argument("options.max_seconds", reason));
+    }
+    let mut tokens = Vec::new();
+    if !o.cancel.is_null() {
+        tokens.push(call.open::<Cancel>(o.cancel, "options.cancel")?.token.clone());
+    }
+    let seconds = o.max_seconds.is_finite().then_some(o.max_seconds);
+    Ok(Budget { seconds, ..Budget::default() }.start(&tokens))
 }
 
 /// Sets every field to its default; `size` is sizeof(jostle_simulator_options) as the caller was compiled.
@@ -193,7 +246,25 @@ pub unsafe extern "C" fn jostle_simulator_free(simulator: *mut jostle_simulator)
     free::<Simulator>("jostle_simulator_free", simulator, "simulator", false);
 }
 
-/// Executes an action and says what it did.
+/// Sets every field to its default; `size` is sizeof(jostle_execute_options) as the caller was compiled.
+/// jostle_execute_options_default() in this header does it for you.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: the caller.
+/// Errors: ARGUMENT (null, a size that no version has).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_execute_options_init(
+    options: *mut jostle_execute_options,
+    size: usize,
+) -> jostle_status {
+    // SAFETY: the caller promises `size` writable bytes.
+    guard("jostle_execute_options_init", |_| unsafe { init_sized(options, "options", size) })
+}
+
+/// Executes an action and says what it did. It takes as long as the engine needs (in "bullet" seconds with many bodies):
+/// jostle_simulator_execute_within() has a limit and can be cancelled.
 ///
 /// Thread: exclusive use of simulator.
 /// RT: no.
@@ -207,14 +278,54 @@ pub unsafe extern "C" fn jostle_simulator_execute(
     action: *const jostle_action,
     effect: *mut jostle_effect,
 ) -> jostle_status {
-    with("jostle_simulator_execute", simulator, |world, bodies| {
+    // SAFETY: the caller's promises are passed on; there are no options.
+    unsafe { execute("jostle_simulator_execute", simulator, action, std::ptr::null(), effect) }
+}
+
+/// The same within a limit: where the action is not finished when the time is up, or when it is cancelled, the effect is
+/// JOSTLE_EFFECT_INTERRUPTED and the world is as it was before.
+///
+/// Thread: exclusive use of simulator.
+/// RT: no.
+/// Nullable: options (all defaults: no limit).
+/// Owns: `action` and `options` are copied.
+/// Errors: ARGUMENT (null, not finite, unknown kind, an option: the message names it), HANDLE, BUSY, NOT_FOUND
+/// (action.body), UNSUPPORTED, PANIC, POISONED, ABI. Running into the limit and being cancelled are effects.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jostle_simulator_execute_within(
+    simulator: *mut jostle_simulator,
+    action: *const jostle_action,
+    options: *const jostle_execute_options,
+    effect: *mut jostle_effect,
+) -> jostle_status {
+    // SAFETY: the caller's promises are passed on.
+    unsafe { execute("jostle_simulator_execute_within", simulator, action, options, effect) }
+}
+
+/// What both do.
+///
+/// # Safety
+/// As for [`jostle_simulator_execute_within`].
+unsafe fn execute(
+    function: &'static str,
+    simulator: *mut jostle_simulator,
+    action: *const jostle_action,
+    options: *const jostle_execute_options,
+    effect: *mut jostle_effect,
+) -> jostle_status {
+    guard(function, |call| {
+        // SAFETY: the caller promises options of their size.
+        let stop = unsafe { until(call, options) }?;
+        let simulator = call.open::<Simulator>(simulator, "simulator")?;
+        let mut world = guard::lock(&simulator.world, "simulator")?;
         // SAFETY: the caller promises a writable place and a readable action.
-        let (out, action) = unsafe { (out(effect, "effect")?, read_action(action, bodies)?) };
-        out.set(match world.execute(&action)? {
-            Effect::Pushed => JOSTLE_EFFECT_PUSHED,
-            Effect::Blocked => JOSTLE_EFFECT_BLOCKED,
-            Effect::Grasped => JOSTLE_EFFECT_GRASPED,
-            Effect::Missed => JOSTLE_EFFECT_MISSED,
+        let (out, action) = unsafe { (out(effect, "effect")?, read_action(action, &simulator.bodies)?) };
+        out.set(match world.execute_until(&action, &stop)? {
+            Some(Effect::Pushed) => JOSTLE_EFFECT_PUSHED,
+            Some(Effect::Blocked) => JOSTLE_EFFECT_BLOCKED,
+            Some(Effect::Grasped) => JOSTLE_EFFECT_GRASPED,
+            Some(Effect::Missed) => JOSTLE_EFFECT_MISSED,
+            None => JOSTLE_EFFECT_INTERRUPTED,
         });
         Ok(())
     })
@@ -234,6 +345,7 @@ pub extern "C" fn jostle_effect_name(effect: jostle_effect) -> *const c_char {
         JOSTLE_EFFECT_BLOCKED => c"blocked",
         JOSTLE_EFFECT_GRASPED => c"grasped",
         JOSTLE_EFFECT_MISSED => c"missed",
+        JOSTLE_EFFECT_INTERRUPTED => c"interrupted",
         _ => c"unknown effect",
     }
     .as_ptr()

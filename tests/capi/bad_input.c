@@ -339,6 +339,7 @@ static void bad_planners(jostle_context *context, jostle_planner *planner, jostl
     jostle_planner_options options;
     jostle_solve_options solve = jostle_solve_options_default();
     jostle_simulator_options world;
+    jostle_execute_options within = jostle_execute_options_default();
     jostle_context_options whole = jostle_context_options_default();
     jostle_plan_statistics statistics = jostle_plan_statistics_default();
     jostle_progress progress = jostle_progress_default();
@@ -469,6 +470,13 @@ static void bad_planners(jostle_context *context, jostle_planner *planner, jostl
     action.kind = JOSTLE_ACTION_PUSH;
     action.push.start.x = HUGE_VAL;
     BAD(jostle_simulator_execute(simulator, &action, &effect), ARGUMENT, "action.push.start: is ");
+    action.push.start.x = 0.4;
+    within.max_seconds = 0;
+    BAD(jostle_simulator_execute_within(simulator, &action, &within, &effect), ARGUMENT, "options.max_seconds: is 0");
+    within.max_seconds = NOT_A_NUMBER;
+    BAD(jostle_simulator_execute_within(simulator, &action, &within, &effect), ARGUMENT, "options.max_seconds: ");
+    within.struct_size = 0;
+    BAD(jostle_simulator_execute_within(simulator, &action, &within, &effect), ARGUMENT, "options.struct_size: is 0");
     BAD(jostle_simulator_observe(simulator, NULL, 1, &count), ARGUMENT, "buffer: is null, but capacity is 1");
     BAD(jostle_simulator_poses(simulator, (void *)&action, 1, &count), JOSTLE_ERROR_BUFFER, "capacity: is 1; 2 are");
     jostle_simulator_free(simulator);
@@ -600,6 +608,7 @@ int main(void)
     jostle_progress good_jostle_progress = jostle_progress_default();
     jostle_plan_statistics good_jostle_plan_statistics = jostle_plan_statistics_default();
     jostle_simulator_options good_jostle_simulator_options = jostle_simulator_options_default();
+    jostle_execute_options good_jostle_execute_options = jostle_execute_options_default();
     jostle_model_options good_jostle_model_options = jostle_model_options_default();
     jostle_pose2 good_jostle_pose2 = {{0.5, 0.1}, 0};
     jostle_image_frame good_jostle_image_frame = {{{0.5, 0.0}, 0}, 0.002, 8, 8};

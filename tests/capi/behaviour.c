@@ -532,7 +532,29 @@ static void simulators(jostle_context *context)
     memset(&push, 0, sizeof push);
     push.kind = JOSTLE_ACTION_PUSH;
     push.push.start.x = 0.58, push.push.end.x = 0.53;
-    MUST(jostle_simulator_execute(world, &push, &effect));
+
+    /* A limit that is over at once, and a cancel that came before: nothing is done, and the world is as it was. */
+    jostle_execute_options within = jostle_execute_options_default();
+    jostle_cancel *stop = NULL;
+    within.max_seconds = 1e-9;
+    MUST(jostle_simulator_execute_within(world, &push, &within, &effect));
+    CHECK(effect == JOSTLE_EFFECT_INTERRUPTED && strcmp(jostle_effect_name(effect), "interrupted") == 0);
+    within = jostle_execute_options_default();
+    MUST(jostle_cancel_new(context, &stop));
+    MUST(jostle_cancel_trigger(stop));
+    within.cancel = stop;
+    MUST(jostle_simulator_execute_within(world, &push, &within, &effect));
+    CHECK(effect == JOSTLE_EFFECT_INTERRUPTED);
+    MUST(jostle_simulator_poses(world, after, 8, &count));
+    CHECK(memcmp(before, after, count * sizeof before[0]) == 0);
+    for (int bad = 0; bad < 2; ++bad) {
+        within.max_seconds = bad ? -1.0 : (double)NAN;
+        CHECK(jostle_simulator_execute_within(world, &push, &within, &effect) == JOSTLE_ERROR_ARGUMENT);
+    }
+    within.max_seconds = 3600.0;
+    MUST(jostle_cancel_reset(stop));
+    MUST(jostle_simulator_execute_within(world, &push, &within, &effect));
+    jostle_cancel_free(stop);
     CHECK(effect == JOSTLE_EFFECT_PUSHED);
     MUST(jostle_simulator_poses(world, after, 8, &count));
     CHECK(after[4].pose.p.x < before[4].pose.p.x - 0.02);
