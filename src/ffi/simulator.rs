@@ -138,8 +138,7 @@ fn with(
 unsafe fn until(call: &mut Call, options: *const jostle_execute_options) -> Outcome<Stop> {
     // SAFETY: as promised by the caller.
     let o = unsafe { read_sized_or_default(options, "options") }?;
-    // Not `<= 0`: a NaN is refused as well.
-    if !(o.max_seconds > 0.0) {
+    if o.max_seconds.is_nan() || o.max_seconds <= 0.0 {
         let reason = format!("is {}; it must be greater than 0, or infinity for no limit", o.max_seconds);
         return Err(Failure::argument("options.max_seconds", reason));
     }
