@@ -864,7 +864,7 @@ typedef int32_t jostle_effect;
 /// The push was executed.
 #define JOSTLE_EFFECT_PUSHED 1
 
-/// The fingers would come down on a body; nothing was executed.
+/// The fingers would come down on a body, or the engine could not solve the push; nothing was executed.
 #define JOSTLE_EFFECT_BLOCKED 2
 
 /// The target, or in a world without one the body of the grasp, was grasped and taken away.

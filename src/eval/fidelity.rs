@@ -65,7 +65,7 @@ pub struct Fidelity {
     pub pushes: usize,
     /// Pushes left out: not planar, or without the result compared with.
     pub left_out: usize,
-    /// Pushes that the engine refused as illegal; counted as if nothing had moved.
+    /// Pushes that the engine refused as illegal or could not solve; counted as if nothing had moved.
     pub illegal: usize,
     /// Moved bodies compared, as in `moved.count`.
     pub count: usize,

@@ -200,7 +200,7 @@ impl Judge {
                 self.truth = result.state;
                 Some(Effect::Pushed)
             }
-            PushStatus::Illegal { .. } => Some(Effect::Blocked),
+            PushStatus::Illegal { .. } | PushStatus::Unsolved => Some(Effect::Blocked),
             PushStatus::Interrupted => None,
         }
     }

@@ -19,7 +19,7 @@ use crate::plan::Outcome;
 pub enum Effect {
     /// The push was executed.
     Pushed,
-    /// The tip would have come down on a body; nothing was moved.
+    /// The tip would have come down on a body, or the engine could not solve the push; nothing was moved.
     Blocked,
     /// The target is out of the clutter.
     Grasped,

@@ -26,7 +26,7 @@ pub struct jostle_simulator(());
 pub type jostle_effect = i32;
 /// The push was executed.
 pub const JOSTLE_EFFECT_PUSHED: jostle_effect = 1;
-/// The fingers would come down on a body; nothing was executed.
+/// The fingers would come down on a body, or the engine could not solve the push; nothing was executed.
 pub const JOSTLE_EFFECT_BLOCKED: jostle_effect = 2;
 /// The target, or in a world without one the body of the grasp, was grasped and taken away.
 pub const JOSTLE_EFFECT_GRASPED: jostle_effect = 3;

@@ -1,8 +1,8 @@
 //! What every engine does before the tip meets a body, and after the world has come to rest.
 
-use super::transition::{PushJob, PushResult, PushStatus};
+use super::transition::{DEEPEST, PushJob, PushResult, PushStatus};
 use crate::action::Push;
-use crate::geom::Obb;
+use crate::geom::{Obb, pieces_gap_below};
 use crate::scene::{Mask, Scene, State};
 
 /// A gap below this ends the free travel of the tip, metres.
@@ -17,6 +17,10 @@ pub struct Approach {
     pub landing_tolerance: f64,
     /// Bodies are felt from this far, metres.
     pub border: f64,
+    /// The tip passes over bodies that are lower than this, metres.
+    pub tip_low: f64,
+    /// Bodies are not to end in others by their outlines.
+    pub flat: bool,
 }
 
 impl Approach {
@@ -42,8 +46,12 @@ impl Approach {
         travel
     }
 
-    /// Ends a push whose result holds the state after: notes the bodies that left the workspace.
-    pub fn end(scene: &Scene, job: &PushJob<'_>, result: &mut PushResult) {
+    /// Ends a push whose result holds the state after: notes the bodies that left the workspace, or takes the push back
+    /// if the tip or a body ended in a body. (Where a body toppled the push ended before, and outlines say little.)
+    pub fn end(&self, scene: &Scene, job: &PushJob<'_>, result: &mut PushResult) {
+        if !self.is_solved(scene, job, result) {
+            return result.take_back(job.state);
+        }
         result.status = PushStatus::Executed;
         let workspace = scene.workspace();
         for (i, pose) in result.state.iter() {
@@ -52,6 +60,25 @@ impl Approach {
                 result.left.insert(i);
             }
         }
+    }
+
+    fn is_solved(&self, scene: &Scene, job: &PushJob<'_>, result: &PushResult) -> bool {
+        if !result.state.iter().all(|(_, pose)| pose.is_finite()) {
+            return false;
+        }
+        let deep = || {
+            self.tip_ends_in_a_body(scene, job, &result.state) || self.flat && bodies_end_in_others(scene, job, result)
+        };
+        !result.toppled.is_empty() || !deep()
+    }
+
+    fn tip_ends_in_a_body(&self, scene: &Scene, job: &PushJob<'_>, after: &State) -> bool {
+        let start = job.push.tip_at_start(&scene.gripper().push);
+        let tip = Obb { centre: start.centre + job.push.direction() * job.push.length(), ..start };
+        after.iter().any(|(i, pose)| {
+            let body = scene.body(i);
+            body.height > self.tip_low && tip.gap_below(&body.footprint, &pose, 0.0) < -DEEPEST
+        })
     }
 
     /// The body that the tip would come down on: the one it overlaps most.
@@ -88,4 +115,21 @@ impl Approach {
         }
         Some(travel)
     }
+}
+
+/// Whether a body that moved is in another, and deeper than before the push.
+fn bodies_end_in_others(scene: &Scene, job: &PushJob<'_>, result: &PushResult) -> bool {
+    let after = &result.state;
+    let moved = |i: usize| after.poses()[i] != job.state.poses()[i];
+    let overlap = |state: &State, i: usize, j: usize| {
+        let (a, b) = (&scene.body(i).footprint, &scene.body(j).footprint);
+        -pieces_gap_below(a, &state.pose(i), b, &state.pose(j), 0.0)
+    };
+    after.iter().filter(|(i, _)| moved(*i)).any(|(i, _)| {
+        let mut others = after.iter().filter(|(j, _)| *j < i || *j > i && !moved(*j));
+        others.any(|(j, _)| {
+            let deep = overlap(after, i, j);
+            deep > DEEPEST && deep > overlap(job.state, i, j)
+        })
+    })
 }

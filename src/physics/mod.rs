@@ -21,4 +21,4 @@ pub use options::{ENGINES, EngineInfo, EngineSettings, PhysicsOptions, Purpose, 
 pub use planar::{Planar, PlanarSettings};
 pub use prism::{Prism, PrismSettings};
 pub use rapier::{Rapier, RapierSettings};
-pub use transition::{GraspResult, GraspStatus, PushJob, PushResult, PushStatus, Scratch, Stance, Transition};
+pub use transition::{DEEPEST, GraspResult, GraspStatus, PushJob, PushResult, PushStatus, Scratch, Stance, Transition};

@@ -25,9 +25,17 @@ pub enum PushStatus {
     /// The tip would come down on this body (or the push is not finite or of no length: `None`);
     /// nothing was executed and the state is the one before.
     Illegal { body: Option<usize> },
+    /// The engine could not solve the push, as a body is far too light between others: the tip or a body came deeper into
+    /// a body than [`DEEPEST`] allows. Nothing was executed and the state is the one before.
+    Unsolved,
     /// The stop was requested before the end; the state is not to be used.
     Interrupted,
 }
+
+/// No executed push ends with the tip or a body deeper in a body than this, by the outlines without any borders, metres.
+/// (Bullet's steps, and what a network says of two bodies, are checked for the tip only.) An engine of steps also gives up
+/// where one of them begins deeper by its travel.
+pub const DEEPEST: f64 = 0.002;
 
 /// What a push did.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -41,6 +49,15 @@ pub struct PushResult {
     pub left: Mask,
     /// Bodies that lean, lie or stand on others afterwards (they were upright before). Planar engines report none.
     pub toppled: Mask,
+}
+
+impl PushResult {
+    /// What became of a push that could not be solved: nothing.
+    pub(super) fn take_back(&mut self, before: &State) {
+        self.state.clone_from(before);
+        (self.touched, self.left, self.toppled) = (Mask::EMPTY, Mask::EMPTY, Mask::EMPTY);
+        self.status = PushStatus::Unsolved;
+    }
 }
 
 /// How a grasp ended.

@@ -190,7 +190,9 @@ impl Domain for Retrieval {
                     std::mem::swap(&mut job.outcome.state, &mut result.state);
                     self.judge(scratch, job.key, Some(&job.action), &mut job.outcome, stop);
                 }
-                PushStatus::Executed | PushStatus::Illegal { .. } => job.outcome.status = Status::Illegal,
+                PushStatus::Executed | PushStatus::Illegal { .. } | PushStatus::Unsolved => {
+                    job.outcome.status = Status::Illegal
+                }
                 PushStatus::Interrupted => job.outcome.status = Status::Interrupted,
             }
         }

@@ -78,11 +78,12 @@ impl Bullet {
         details: &mut [BodyDetail],
         stop: &Stop,
     ) {
-        let approach = Approach { landing_tolerance: self.settings.landing_tolerance, border: self.settings.margin };
+        let BulletSettings { landing_tolerance, margin, tip_bottom, .. } = self.settings;
+        let approach = Approach { landing_tolerance, border: margin, tip_low: tip_bottom, flat: false };
         let Some(travel) = approach.begin(&self.scene, job, result) else { return };
         let from = (travel - self.settings.approach).max(0.0);
         match self.simulate(job, stances, from, result, details, stop) {
-            Ok(true) => Approach::end(&self.scene, job, result),
+            Ok(true) => approach.end(&self.scene, job, result),
             Ok(false) => result.status = PushStatus::Interrupted,
             // Out of memory, or a world that burst: the push is not to be used.
             Err(_) => {

@@ -71,7 +71,9 @@ impl Dipn {
     }
 
     fn approach(&self) -> Approach {
-        Approach { landing_tolerance: self.settings.landing_tolerance, border: self.settings.border }
+        let DipnSettings { landing_tolerance, border, .. } = self.settings;
+        // A network does not know how near bodies may come to each other.
+        Approach { landing_tolerance, border, tip_low: 0.0, flat: false }
     }
 
     /// The planar engine's prediction of the active jobs, in their order.
@@ -92,6 +94,7 @@ impl Dipn {
         results: &mut [PushResult],
         stop: &Stop,
     ) {
+        let approach = self.approach();
         let Workspace { batch, motions, active, guesses, .. } = memory;
         batch.clear(self.table.len());
         for k in range.clone() {
@@ -118,7 +121,7 @@ impl Dipn {
                 Some(_) => guesses[k].touched,
                 None => self.in_the_way(job.state, &job.push),
             };
-            Approach::end(&self.scene, job, result);
+            approach.end(&self.scene, job, result);
         }
     }
 

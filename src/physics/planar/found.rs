@@ -48,6 +48,7 @@ pub struct Found<'a> {
     pub reached: Vec<u16>,
     pub in_reach: Mask,
     pub overlap: f32,
+    pub deepest: f32,
     /// By body, the tip last: where its contacts with what it reaches are in [`Found::known`].
     pub spans: Vec<[usize; 2]>,
     /// Where those of the body that is being looked at were in the step before.
@@ -69,6 +70,7 @@ impl<'a> Found<'a> {
             reached: std::mem::take(&mut lane.reached),
             in_reach: lane.in_reach,
             overlap: lane.overlap,
+            deepest: lane.deepest,
             spans: std::mem::take(&mut lane.spans),
             before: [0; 2],
             hint: 0,
@@ -78,6 +80,7 @@ impl<'a> Found<'a> {
     pub fn back_to(self, lane: &mut Lane) {
         (lane.contacts, lane.known, lane.reached) = (self.contacts, self.known, self.reached);
         (lane.in_reach, lane.overlap, lane.spans) = (self.in_reach, self.overlap, self.spans);
+        lane.deepest = self.deepest;
     }
 
     /// From now on contacts are those of `body`, or the tip if it is the number of bodies, with what it reaches.
@@ -142,6 +145,7 @@ impl<'a> Found<'a> {
             None => (base + TIP_SLOT, [0.0; 2], 0.0, self.model.tip_friction * friction),
         };
         self.overlap = self.overlap.max(if a.is_some() { -gap } else { 0.0 });
+        self.deepest = self.deepest.max(-point.gap);
         let wanted = if gap < 0.0 { gap * self.correction } else { gap };
         let (normal, tangential) = self.warm(lane, pieces, point);
         self.contacts.push(Record([

@@ -5,9 +5,11 @@ use super::model::Model;
 use super::settings::PlanarSettings;
 use super::sweep::{Cursor, Impulse, LANE_SLOTS, Record, SLOTS, TIP_SLOT};
 use super::trig::sin_cos;
+use super::uneven;
+use crate::geom::Pose2;
 use crate::physics::lanes::{LANES, Simd8};
 use crate::physics::narrow::{Frame2, Octet, Placed, contact};
-use crate::physics::transition::{PushJob, PushResult, PushStatus};
+use crate::physics::transition::{DEEPEST, PushJob, PushResult, PushStatus};
 use crate::run::Stop;
 use crate::scene::{BodyPose, Mask, Scene, State};
 
@@ -58,6 +60,10 @@ pub struct Lane {
     steps_left: usize,
     /// Deepest overlap of two bodies at the beginning of the step, borders included, metres.
     pub(super) overlap: f32,
+    /// Deepest overlap of the tip or a body and a body at the beginning of the step, without borders, metres.
+    pub(super) deepest: f32,
+    /// What is allowed of it: what was at the beginning of the push, or [`DEEPEST`].
+    allowed: f32,
     clean_up_left: usize,
 }
 
@@ -160,6 +166,10 @@ impl Lane {
             cursor.resume(&mut self.contacts, most_sweeps);
             return true;
         }
+        if uneven::wants_more(self, shared, impulses, cursor.sweeps) {
+            cursor.extend(&mut self.contacts, uneven::AT_A_TIME);
+            return true;
+        }
         self.note_impulses();
         self.integrate(s, shared, impulses);
         self.move_tip(s, shared);
@@ -176,7 +186,11 @@ impl Lane {
     ) -> bool {
         while self.steps_left + self.clean_up_left > 0 && !shared.stop.requested() {
             self.find_contacts(s, shared, impulses);
-            if self.steps_left == 0 && self.overlap <= shared.settings.clean_up_overlap as f32 {
+            if shared.model.uneven && self.deepest > self.allowed + self.travel {
+                return false;
+            }
+            let apart = self.overlap <= shared.settings.clean_up_overlap as f32 && self.deepest <= self.allowed;
+            if self.steps_left == 0 && apart {
                 return false;
             }
             if !self.contacts.is_empty() {
@@ -194,21 +208,31 @@ impl Lane {
                     change: 0.0,
                     last_change: f32::MAX,
                     momentum: 0.0,
+                    most_momentum: settings.momentum as f32,
                     steady: 0,
                 };
                 return true;
             }
             self.move_tip(s, shared);
         }
+        self.find_contacts(s, shared, impulses);
         false
     }
 
     /// Writes the result; always false.
     fn finish(&mut self, shared: &Shared<'_>, before: &State, result: &mut PushResult) -> bool {
+        if self.deepest > self.allowed {
+            result.take_back(before);
+            return false;
+        }
         result.touched = self.touched;
         let workspace = shared.scene.workspace();
         for body in self.moved.iter() {
-            let pose = self.poses[body].into();
+            let pose: Pose2 = self.poses[body].into();
+            if !pose.is_finite() {
+                result.take_back(before);
+                return false;
+            }
             result.state.set_pose(body, pose);
             // What is stored is what is judged.
             let (pose, footprint) = (result.state.pose(body), &shared.scene.body(body).footprint);
@@ -375,6 +399,7 @@ impl Lane {
     /// Half the gap to the nearest neighbour where that is less than the border.
     fn shrink_borders<S: Simd8>(&mut self, s: S, shared: &Shared<'_>) {
         let full = 2.0 * shared.settings.border as f32;
+        self.allowed = DEEPEST as f32;
         for k in 0..self.present.len() {
             for l in k + 1..self.present.len() {
                 let (a, b) = (usize::from(self.present[k]), usize::from(self.present[l]));
@@ -387,6 +412,7 @@ impl Lane {
                 self.pairs(shared, a, b, full, |_, _, first, second| {
                     least = least.min(contact(s, first, second, full).gap());
                 });
+                self.allowed = self.allowed.max(-least);
                 let half = 0.5 * least.max(0.0);
                 self.borders[a] = self.borders[a].min(half);
                 self.borders[b] = self.borders[b].min(half);
@@ -431,7 +457,7 @@ impl Lane {
         self.spans.clear();
         self.spans.resize(model.bodies.len() + 1, [0; 2]);
         self.reached.clear();
-        (self.in_reach, self.spread, self.overlap) = (Mask::EMPTY, Mask::EMPTY, 0.0);
+        (self.in_reach, self.spread, self.overlap, self.deepest) = (Mask::EMPTY, Mask::EMPTY, 0.0, 0.0);
         let mut found = Found::of(self, shared);
         found.begin(self, model.bodies.len());
         impulses[self.index * LANE_SLOTS + TIP_SLOT] = [0.0, 0.0, 0.0, 1.0];

@@ -6,6 +6,7 @@ mod model;
 mod settings;
 mod sweep;
 mod trig;
+mod uneven;
 
 use std::sync::Arc;
 
@@ -133,7 +134,6 @@ impl WithSimd for Call<'_> {
             shared: Shared { scene: &engine.scene, model: &engine.model, settings: &engine.settings, stop: self.stop },
             constants: Constants {
                 least_slope: engine.settings.least_slope as f32,
-                momentum: engine.settings.momentum as f32,
                 partial: engine.settings.partial_sweeps as u32,
             },
             lanes,

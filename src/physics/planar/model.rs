@@ -39,6 +39,8 @@ pub struct Model {
     /// Frame: origin at its centre, x along the push.
     pub tip: Outline,
     pub tip_friction: f32,
+    /// Some bodies' masses differ greatly; see [`PlanarSettings::uneven_masses`].
+    pub uneven: bool,
 }
 
 /// Least fictitious mass. A body without friction would be of no mass at all.
@@ -71,7 +73,9 @@ impl Model {
                 pieces: first..outlines.len(),
             }
         });
-        let bodies = bodies.collect();
+        let bodies: Vec<BodyModel> = bodies.collect();
+        let roots = bodies.iter().map(|b| b.inverse_root);
+        let (least, greatest) = roots.fold((1.0f32, 1.0f32), |(low, high), root| (low.min(root), high.max(root)));
         let tip = &scene.gripper().push;
         let half: Vec2 = vec2(tip.thickness / 2.0, tip.width / 2.0);
         let corner = |x: f64, y: f64| vec2(x * half.x, y * half.y);
@@ -83,6 +87,8 @@ impl Model {
             octet_count,
             tip: Outline::polygon(&tip),
             tip_friction: scene.friction().tip as f32,
+            // On a ground without friction all bodies are alike.
+            uneven: mean > 0.0 && greatest * greatest > settings.uneven_masses as f32 * (least * least),
         }
     }
 

@@ -26,6 +26,13 @@ pub struct PlanarSettings {
     pub momentum: f64,
     /// Sweeps over the contacts that press, at most, between two over all of them; 0 visits all contacts always.
     pub partial_sweeps: usize,
+    /// Bodies whose masses differ by more than this factor, from each other or from the scene's mean (masses as the
+    /// greatest friction forces have them), may need more sweeps than the above.
+    pub uneven_masses: f64,
+    /// They get them until no contact misses the displacement that it wants by more than this share of the step's travel,
+    pub uneven_residual: f64,
+    /// or until there were so many in the step.
+    pub uneven_sweeps: usize,
     /// Contacts are made between bodies nearer than this, and where the tip would come nearer than this in the step,
     /// metres. More makes contacts that hinder what only passes by.
     pub reach: f64,
@@ -72,6 +79,9 @@ impl PlanarSettings {
             least_slope: 0.2,
             momentum: 0.8,
             partial_sweeps: 8,
+            uneven_masses: 12.0,
+            uneven_residual: 0.05,
+            uneven_sweeps: 2000,
             reach: 0.001,
             correction: 0.8,
             clean_up_steps: 40,
@@ -117,6 +127,9 @@ impl PlanarSettings {
         check_range("physics.least_slope", self.least_slope, 0.01..=1.0)?;
         check_range("physics.momentum", self.momentum, 0.0..=0.99)?;
         check_range("physics.partial_sweeps", self.partial_sweeps as f64, 0.0..=10_000.0)?;
+        check_range("physics.uneven_masses", self.uneven_masses, 1.0..=1e12)?;
+        check_range("physics.uneven_residual", self.uneven_residual, 0.0..=1.0)?;
+        check_range("physics.uneven_sweeps", self.uneven_sweeps as f64, 0.0..=1e6)?;
         check_range("physics.reach", self.reach, 0.0..=0.02)?;
         check_range("physics.correction", self.correction, 0.0..=1.0)?;
         check_range("physics.clean_up_steps", self.clean_up_steps as f64, 0.0..=1000.0)?;

@@ -48,7 +48,7 @@ impl Record {
     }
 
     #[inline(always)]
-    fn slots(&self) -> (usize, usize) {
+    pub fn slots(&self) -> (usize, usize) {
         let bits = self.0[2][3].to_bits() as usize;
         (bits >> 12 & (SLOTS - 1), bits & (SLOTS - 1))
     }
@@ -96,6 +96,8 @@ pub struct Cursor {
     pub last_change: f32,
     /// Share of an impulse's last change that is added to its next one.
     pub momentum: f32,
+    /// The same, at most.
+    pub most_momentum: f32,
     /// Sweeps since the momentum was last given up.
     pub steady: u32,
 }
@@ -103,8 +105,6 @@ pub struct Cursor {
 #[derive(Debug, Clone, Copy)]
 pub struct Constants {
     pub least_slope: f32,
-    /// Greatest share of an impulse's last change that is added to its next one.
-    pub momentum: f32,
     /// Sweeps over the contacts that press between two over all of them.
     pub partial: u32,
 }
@@ -138,6 +138,16 @@ impl Cursor {
         (self.change, self.last_change, self.momentum, self.steady) = (0.0, f32::MAX, 0.0, 0);
     }
 
+    /// Goes on for so many sweeps, however little they change: what a light body between heavy ones lacks comes to it by
+    /// little in each. With the whole of an impulse's last change added, as many are enough as the root of the ratio of
+    /// masses, and not the ratio (Nesterov 1983).
+    pub fn extend(&mut self, records: &mut [Record], sweeps: u32) {
+        visit_all(records);
+        (self.at, self.first, self.partial, self.solved) = (0, 0, 0, false);
+        (self.change, self.tolerance, self.most_momentum) = (0.0, 0.0, 1.0);
+        self.most_sweeps = self.sweeps + sweeps;
+    }
+
     /// What the next sweep is to be, and where it begins.
     #[inline(always)]
     fn end_of_sweep(&mut self, constants: Constants, change: f32, records: &mut [Record]) -> u32 {
@@ -165,7 +175,7 @@ impl Cursor {
         // Momentum grows while changes become smaller, and is given up when one is greater.
         self.steady = if change > self.last_change { 1 } else { self.steady + 1 };
         let k = self.steady.saturating_sub(2) as f32;
-        self.momentum = constants.momentum * k / (k + 3.0);
+        self.momentum = self.most_momentum * k / (k + 3.0);
         self.last_change = change;
         self.first
     }

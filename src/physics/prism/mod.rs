@@ -10,6 +10,7 @@ mod collide;
 mod contact;
 mod kernel;
 mod model;
+mod momentum;
 mod near;
 mod pool;
 mod settings;
@@ -56,20 +57,28 @@ impl Prism {
         &self.settings
     }
 
+    fn approach(&self) -> Approach {
+        let PrismSettings { landing_tolerance, border, .. } = self.settings;
+        Approach { landing_tolerance, border, tip_low: 0.0, flat: false }
+    }
+
     /// Puts the job's start into the result and the world. False if the result is final already.
     fn begin(&self, world: &mut World, job: &PushJob<'_>, result: &mut PushResult) -> bool {
-        let approach = Approach { landing_tolerance: self.settings.landing_tolerance, border: self.settings.border };
-        let Some(travel) = approach.begin(&self.scene, job, result) else { return false };
+        let Some(travel) = self.approach().begin(&self.scene, job, result) else { return false };
         world.fill(&self.model, &self.settings, job.state, &job.push, travel);
         true
     }
 
     /// Reads the result out of a world whose push is over.
     fn finish(&self, world: &World, job: &PushJob<'_>, result: &mut PushResult) {
+        if world.is_unsolved(&self.settings) {
+            return result.take_back(job.state);
+        }
         result.touched = world.touched();
         result.toppled = world.toppled();
         world.read(&self.model, &mut result.state);
-        Approach::end(&self.scene, job, result);
+        // The world knows its bodies apart, borders included; only where it does not are the outlines asked.
+        Approach { flat: world.is_deep(), ..self.approach() }.end(&self.scene, job, result);
     }
 }
 

@@ -20,6 +20,12 @@ pub struct PrismSettings {
     pub iterations: usize,
     /// Sweeps end when no normal velocity changed by more than this, m/s; 0 always makes `iterations` sweeps.
     pub tolerance: f64,
+    /// Bodies that touch and whose masses differ by more than this factor may need more sweeps than `iterations`.
+    pub uneven_masses: f64,
+    /// They get them until no normal velocity misses what is wanted by more than this, m/s,
+    pub uneven_residual: f64,
+    /// or until there were so many in the step.
+    pub uneven_sweeps: usize,
     /// Share of the last step's impulses that a step starts from. Fitted; Bullet's 0.1 needs many more sweeps.
     pub warm_start: f64,
     /// Share of an overlap that is pushed out in a step (Bullet's `erp2`, 0.08 at 1/240 s).
@@ -91,6 +97,9 @@ impl PrismSettings {
             speed: 0.13,
             iterations: 6,
             tolerance: 0.01,
+            uneven_masses: 12.0,
+            uneven_residual: 0.05,
+            uneven_sweeps: 400,
             warm_start: 0.9,
             correction: 0.08,
             correction_speed: 0.05,
@@ -152,6 +161,9 @@ impl PrismSettings {
         check_range("physics.speed", self.speed, 1e-3..=10.0)?;
         check_range("physics.iterations", self.iterations as f64, 1.0..=1000.0)?;
         check_range("physics.tolerance", self.tolerance, 0.0..=10.0)?;
+        check_range("physics.uneven_masses", self.uneven_masses, 1.0..=1e12)?;
+        check_range("physics.uneven_residual", self.uneven_residual, 0.0..=10.0)?;
+        check_range("physics.uneven_sweeps", self.uneven_sweeps as f64, 0.0..=1e6)?;
         check_range("physics.warm_start", self.warm_start, 0.0..=1.0)?;
         check_range("physics.correction", self.correction, 0.0..=1.0)?;
         check_positive("physics.correction_speed", self.correction_speed)?;

@@ -7,6 +7,7 @@
 
 use super::kernel::{self, BodyRow, Four, GroundRow, Motion, Number};
 use super::model::{Flat, Real};
+use super::momentum::Gathered;
 use super::wide::{self, Wide};
 use crate::physics::lanes::simd::WithSimd;
 use crate::physics::lanes::{LANES, Simd8};
@@ -24,17 +25,17 @@ pub struct GroundSpan {
 }
 
 /// Eight contacts with the ground, each of another body.
-type Block = GroundRow<[f32; LANES]>;
+pub(super) type Block = GroundRow<[f32; LANES]>;
 
 /// Eight bodies and the blocks of their contacts with the ground. A body that has fewer than others has rows of zeros,
 /// which do nothing.
 #[derive(Debug, Clone, Copy)]
-struct Footing {
-    bodies: [u32; LANES],
-    used: usize,
+pub(super) struct Footing {
+    pub(super) bodies: [u32; LANES],
+    pub(super) used: usize,
     /// The first block and the one after the last.
-    first: usize,
-    end: usize,
+    pub(super) first: usize,
+    pub(super) end: usize,
 }
 
 /// The rows of one step.
@@ -42,8 +43,8 @@ struct Footing {
 pub struct Rows {
     /// The bodies, the tip, and one that stands for nobody.
     pub motion: Vec<Motion<f32>>,
-    ground: Vec<Block>,
-    footings: Vec<Footing>,
+    pub(super) ground: Vec<Block>,
+    pub(super) footings: Vec<Footing>,
     pub bodies: Vec<BodyRow<f32>>,
     /// The bodies of each body row.
     pub body_pair: Vec<[u32; 2]>,
@@ -57,6 +58,11 @@ pub struct Rows {
     pub most_sweeps: u32,
     /// More sweeps are wanted.
     pub solving: bool,
+    /// Sweeps that the step may take where its bodies' masses differ greatly; 0 where they do not.
+    pub uneven_sweeps: u32,
+    /// What a normal velocity may miss then, m/s.
+    pub uneven_residual: Real,
+    pub momentum: Gathered,
 }
 
 /// How a manifold's bodies rub against each other.
@@ -106,6 +112,36 @@ impl Motion<f32> {
             self.w[k] += dw[k];
         }
     }
+}
+
+/// Applies impulses (normal, across, up; spinning) and rolling torques (across, up) of a contact of two bodies.
+pub(super) fn push_bodies(
+    motion: &mut [Motion<f32>],
+    row: &BodyRow<f32>,
+    pair: [u32; 2],
+    [n, t, z, s]: Four<f32>,
+    [rt, rz]: [Real; 2],
+) {
+    let [nx, ny, ..] = row.normal;
+    let p = [nx * n - ny * t, ny * n + nx * t, z];
+    let torque = [nx * s - ny * rt, ny * s + nx * rt, rz];
+    for (body, arm, sign) in [(pair[0], row.arm_a, -1.0), (pair[1], row.arm_b, 1.0)] {
+        let moment = cross([arm[0], arm[1], arm[2]], p);
+        let turn = [0, 1, 2].map(|k| sign * (moment[k] + torque[k]));
+        motion[body as usize].push(p.map(|x| sign * x), turn);
+    }
+}
+
+/// Applies impulses (up, x, y; spinning) and rolling torques (about x, about y) of a contact with the ground.
+pub(super) fn push_ground(
+    motion: &mut Motion<f32>,
+    block: &Block,
+    lane: usize,
+    [n, x, y, s]: Four<f32>,
+    [rx, ry]: [Real; 2],
+) {
+    let moment = cross([0, 1, 2].map(|k| block.arm[k][lane]), [x, y, n]);
+    motion.push([x, y, n], [moment[0] + rx, moment[1] + ry, moment[2] + s]);
 }
 
 impl Rows {
@@ -272,24 +308,14 @@ impl Rows {
     /// Applies the impulses that the rows begin with.
     pub fn warm_start(&mut self) {
         for (row, pair) in self.bodies.iter().zip(&self.body_pair) {
-            let [nx, ny, ..] = row.normal;
-            let ([n, t, z, s], [rt, rz, ..]) = (row.impulse, row.roll);
-            let p = [nx * n - ny * t, ny * n + nx * t, z];
-            let torque = [nx * s - ny * rt, ny * s + nx * rt, rz];
-            for (body, arm, sign) in [(pair[0], row.arm_a, -1.0), (pair[1], row.arm_b, 1.0)] {
-                let moment = cross([arm[0], arm[1], arm[2]], p);
-                let turn = [0, 1, 2].map(|k| sign * (moment[k] + torque[k]));
-                self.motion[body as usize].push(p.map(|x| sign * x), turn);
-            }
+            push_bodies(&mut self.motion, row, *pair, row.impulse, [row.roll[0], row.roll[1]]);
         }
         for footing in &self.footings {
             for (lane, &body) in footing.bodies[..footing.used].iter().enumerate() {
                 let mut motion = self.motion[body as usize];
                 for block in &self.ground[footing.first..footing.end] {
-                    let [n, x, y, s] = block.impulse.map(|column| column[lane]);
-                    let moment = cross([0, 1, 2].map(|k| block.arm[k][lane]), [x, y, n]);
-                    let (rx, ry) = (block.roll[0][lane], block.roll[1][lane]);
-                    motion.push([x, y, n], [moment[0] + rx, moment[1] + ry, moment[2] + s]);
+                    let roll = [block.roll[0][lane], block.roll[1][lane]];
+                    push_ground(&mut motion, block, lane, block.impulse.map(|column| column[lane]), roll);
                 }
                 self.motion[body as usize] = motion;
             }
@@ -297,6 +323,7 @@ impl Rows {
         self.sweeps = 0;
         self.change = 0.0;
         self.solving = true;
+        self.momentum.forget();
     }
 
     /// The next sweep goes from the last row to the first.
@@ -305,9 +332,14 @@ impl Rows {
         self.sweeps % 2 == 1
     }
 
-    /// Ends the solving where the last sweep changed little or there were enough.
+    /// Ends the solving where the last sweep changed little or there were enough; where masses differ greatly, not before
+    /// the bodies' contacts have what they want.
     pub fn end_sweep(&mut self, tolerance: Real) {
-        self.solving = self.change >= tolerance && self.sweeps < self.most_sweeps;
+        let usual = self.change >= tolerance && self.sweeps < self.most_sweeps && !self.momentum.is_used();
+        self.solving = usual || (self.sweeps < self.uneven_sweeps && self.lack() > self.uneven_residual);
+        if self.solving && !usual {
+            self.go_on();
+        }
         if self.solving {
             self.change = 0.0;
         }

@@ -8,6 +8,7 @@ use super::settings::PrismSettings;
 use super::solver::{GroundSpan, Rows, Rubbing, Span};
 use crate::action::Push;
 use crate::geom::{Pose2, Vec2};
+use crate::physics::transition::DEEPEST;
 use crate::scene::{Mask, State};
 
 /// What a world waits for.
@@ -76,6 +77,8 @@ pub struct World {
     pub(super) halves: u32,
     /// Deepest overlap of two bodies in this step, borders included.
     pub(super) deepest: Real,
+    /// Deepest overlap of the tip and a body so far.
+    pub(super) tip_deepest: Real,
     /// Steps since a body woke, and how many were awake then.
     pub(super) since_wake: u32,
     pub(super) were_awake: u32,
@@ -112,7 +115,7 @@ impl World {
         self.way = 0.0;
         (self.halves, self.since_wake, self.were_awake) = (0, u32::MAX / 2, 0);
         self.stirred = Mask::EMPTY;
-        self.deepest = 0.0;
+        (self.deepest, self.tip_deepest) = (0.0, 0.0);
         self.still.clear();
         self.still.resize(tip + 1, 0);
         self.touched = Mask::EMPTY;
@@ -229,6 +232,17 @@ impl World {
             Phase::Settling(left) => Phase::Settling(left - 1),
             Phase::Done => Phase::Done,
         };
+    }
+
+    /// A body may be in another.
+    pub fn is_deep(&self) -> bool {
+        f64::from(self.deepest) > DEEPEST
+    }
+
+    /// The tip went into a body on its way.
+    pub fn is_unsolved(&self, settings: &PrismSettings) -> bool {
+        let step = settings.speed * settings.time_step;
+        f64::from(self.tip_deepest) > DEEPEST + 2.0 * settings.border + step
     }
 
     pub fn touched(&self) -> Mask {
@@ -359,6 +373,7 @@ impl World {
         self.active_pairs.clear();
         self.active_ground.clear();
         self.deepest = 0.0;
+        let (mut least, mut greatest) = (Real::INFINITY, 0.0 as Real);
         for (k, pair) in self.pairs.iter_mut().enumerate() {
             let bodies = pair.bodies.map(|i| i as usize);
             if pair.manifold.points().is_empty() || !(self.awake[bodies[0]] || self.awake[bodies[1]]) {
@@ -377,6 +392,9 @@ impl World {
                 }
                 points |= 1 << i;
                 self.deepest = self.deepest.max(-p.gap);
+                if bodies[0] == model.tip() {
+                    self.tip_deepest = self.tip_deepest.max(-p.gap);
+                }
                 let impulse = p.impulse.map(|x| x * share);
                 self.rows.add_bodies(bodies, p.arm, p.normal, target(p.gap), rub, impulse);
             }
@@ -384,10 +402,17 @@ impl World {
                 let torque = pair.manifold.torque.map(|x| x * share);
                 let span = self.rows.end_bodies(from, torque);
                 self.active_pairs.push(Active { of: k as u32, points, span });
+                for i in bodies.into_iter().filter(|&i| i != model.tip()) {
+                    let inverse = model.bodies[i].inverse_mass;
+                    (least, greatest) = (least.min(inverse), greatest.max(inverse));
+                }
             } else {
                 pair.manifold.torque = [0.0; 3];
             }
         }
+        let uneven = greatest > settings.uneven_masses as Real * least;
+        self.rows.uneven_residual = settings.uneven_residual as Real;
+        self.rows.uneven_sweeps = if uneven { settings.uneven_sweeps as u32 } else { 0 };
         for &i in &self.present {
             let i = i as usize;
             if !self.awake[i] {

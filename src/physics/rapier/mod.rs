@@ -87,20 +87,25 @@ impl Rapier {
     }
 
     fn push(&self, job: &PushJob<'_>, result: &mut PushResult, stop: &Stop) {
-        let Some(travel) = self.approach().begin(&self.scene, job, result) else { return };
+        let approach = self.approach();
+        let Some(travel) = approach.begin(&self.scene, job, result) else { return };
         let push = &job.push;
         let mut world = World::new(self, job.state, push, travel);
         if !world.run(stop) {
             result.status = PushStatus::Interrupted;
             return;
         }
+        if world.is_unsolved() {
+            return result.take_back(job.state);
+        }
         result.touched = world.touched();
         world.read(&mut result.state);
-        Approach::end(&self.scene, job, result);
+        approach.end(&self.scene, job, result);
     }
 
     fn approach(&self) -> Approach {
-        Approach { landing_tolerance: self.settings.landing_tolerance, border: self.settings.border }
+        let RapierSettings { landing_tolerance, border, .. } = self.settings;
+        Approach { landing_tolerance, border, tip_low: 0.0, flat: true }
     }
 }
 

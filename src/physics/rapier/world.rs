@@ -6,6 +6,7 @@ use super::friction::{Twist, after_friction};
 use super::{Bordered, Rapier, bordered, vector};
 use crate::action::Push;
 use crate::geom::{Piece, Pose2, pieces_gap_below};
+use crate::physics::transition::DEEPEST;
 use crate::run::Stop;
 use crate::scene::{Mask, State};
 
@@ -18,6 +19,8 @@ pub struct World<'a> {
     tip_collider: ColliderHandle,
     steps: usize,
     touched: Mask,
+    /// Deepest overlap of the tip and a body so far, borders included.
+    deepest: f32,
 }
 
 impl<'a> World<'a> {
@@ -76,7 +79,7 @@ impl<'a> World<'a> {
                 .friction_combine_rule(CoefficientCombineRule::Multiply)
                 .restitution(0.0),
         );
-        Self { engine, world, handles, tip, tip_collider, steps: steps as usize, touched: Mask::EMPTY }
+        Self { engine, world, handles, tip, tip_collider, steps: steps as usize, touched: Mask::EMPTY, deepest: 0.0 }
     }
 
     /// Pushes, lifts the tip and lets the bodies come to rest. False if the stop was requested on the way.
@@ -100,6 +103,12 @@ impl<'a> World<'a> {
             self.step();
         }
         true
+    }
+
+    /// The tip went into a body on its way.
+    pub fn is_unsolved(&self) -> bool {
+        let settings = &self.engine.settings;
+        f64::from(self.deepest) > DEEPEST + settings.border + settings.speed * settings.time_step
     }
 
     pub fn touched(&self) -> Mask {
@@ -147,6 +156,8 @@ impl<'a> World<'a> {
             if pair.has_any_active_contact() {
                 let other = if pair.collider1 == self.tip_collider { pair.collider2 } else { pair.collider1 };
                 self.touched.insert(self.world.colliders[other].user_data as usize);
+                let points = pair.manifolds().iter().flat_map(|m| &m.points);
+                self.deepest = points.fold(self.deepest, |deepest, point| deepest.max(-point.dist));
             }
         }
     }

@@ -137,8 +137,8 @@ impl<'a> World<'a> {
             match result.status {
                 PushStatus::Executed if rules.domain.harmful(result) => e.cost = Some(e.taken as f64 + HARM),
                 PushStatus::Executed => std::mem::swap(&mut e.truth, &mut result.state),
-                // The tip came down on a body: nothing moved, and an action is lost.
-                PushStatus::Illegal { .. } => {}
+                // The tip came down on a body, or nobody knows what it does: nothing moved, and an action is lost.
+                PushStatus::Illegal { .. } | PushStatus::Unsolved => {}
                 PushStatus::Interrupted => return false,
             }
         }
