@@ -19,7 +19,9 @@ TARGET  := $(or $(CARGO_TARGET_DIR),target)
 BUILD   := $(TARGET)/release
 OUT     := out
 JOSTLE  := $(BUILD)/jostle
-DEMO_SEED ?= 1
+# The scene that the demo plans in, a disc between two notched blocks, and the limit of the decision.
+DEMO_SCENE ?= --count 1 --seed 71 --bodies 4..6
+DEMO_PLAN ?= --iterations 400
 
 # What the static library needs where it has the 3D engine.
 BULLET := $(if $(findstring bullet,$(FEATURES)),-lBulletDynamics-float64 -lBulletCollision-float64 \
@@ -65,15 +67,20 @@ setup-test:
 build: setup ## the library (shared and static) and the command-line tool, in target/release
 	$(CARGO) build $(PROFILE)
 
-demo: build ## plan in C: push a target free and grasp it; then a picture of a plan
+demo: build ## plan in C: push a target free and grasp it; then a picture of a plan of two pushes and a grasp
 	@mkdir -p $(OUT)
 	$(CC) -std=c11 $(CFLAGS) $(WARN) -Iinclude examples_c/retrieve.c -o $(OUT)/retrieve \
 	    $(BUILD)/libjostle.a $(BULLET) -lgcc_s -lutil -lrt -lpthread -lm -ldl -lc
 	$(OUT)/retrieve
 	@rm -rf $(OUT)/demo-scenes
-	$(JOSTLE) generate $(OUT)/demo-scenes --count 1 --seed $(DEMO_SEED)
-	$(JOSTLE) plan $(OUT)/demo-scenes/*.json --iterations 300 --svg $(OUT)/demo.svg
-	@echo "The picture of the plan lies in $(OUT)/demo.svg"
+	$(JOSTLE) generate $(OUT)/demo-scenes $(DEMO_SCENE)
+	$(JOSTLE) plan $(OUT)/demo-scenes/*.json $(DEMO_PLAN) --svg $(OUT)/demo.svg
+	@printf '%s\n' '' 'The picture of the plan lies in $(OUT)/demo.svg. Where to go next:' \
+	    '  the first program      README.md, "In C" and "In Rust"' \
+	    '  closed loop, in C      examples_c/retrieve.c, which ran above; controller.cpp is the same in C++' \
+	    '  a scene of your own    docs/scene-format.md; the one above is $(OUT)/demo-scenes/*.json' \
+	    '  the tool               $(JOSTLE) help, docs/cli.md' \
+	    '  which planner          docs/planners.md; rearranging: docs/rearrangement.md; clearing: docs/clearing.md'
 
 test: setup-test ## every check
 	@set -e; times=; for check in $(CHECKS); do \

@@ -107,7 +107,7 @@ bounds! {
     POSITION_TOLERANCE = "a goal's tolerance of position", 0.0, 1.0, "m", "a body so far away is not there";
     ROTATION_TOLERANCE = "a goal's tolerance of heading", 0.0, std::f64::consts::TAU, "rad", "there is no more than a turn";
     SYMMETRY = "a goal's symmetry", 0.0, 64.0, "", "a shape that turns into itself more often is a disc: 0";
-    PUSH_LENGTH = "the travel of a push", 0.005, 0.5, "m", "from a nudge to an arm's reach";
+    PUSH_LENGTH = "the travel of a push", 1e-4, 1.0, "m", "from a nudge by the smallest gripper to an arm's reach";
     PIXEL = "the side of a pixel", 1e-5, 1.0, "m", "what is seen is a table";
 }
 

@@ -694,3 +694,39 @@ fn the_document_holds_the_help() {
     let written = std::fs::read_to_string(&path).unwrap_or_default();
     assert!(written == document, "docs/cli.md is out of date: run UPDATE_DOCS=1 cargo test --features cli --test cli");
 }
+
+/// What the Makefile sets a variable to, as words.
+fn make_variable(name: &str) -> Vec<String> {
+    let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("Makefile")).unwrap();
+    let value = text.lines().find_map(|line| line.strip_prefix(&format!("{name} ?= ")));
+    value.unwrap_or_else(|| panic!("the Makefile sets no {name}")).split_whitespace().map(String::from).collect()
+}
+
+#[test]
+fn the_demo_is_solved_by_two_pushes_and_its_picture_is_that_of_the_readme() {
+    let folder = Folder::new();
+    let (scenes, picture) = (folder.path("scenes"), folder.path("demo.svg"));
+    let (generated, planned) = (make_variable("DEMO_SCENE"), make_variable("DEMO_PLAN"));
+    let words = |extra: &[&str], set: &[String]| -> Vec<String> {
+        extra.iter().map(|w| w.to_string()).chain(set.iter().cloned()).collect()
+    };
+    let run = |args: Vec<String>| stdout(&args.iter().map(String::as_str).collect::<Vec<_>>());
+    run(words(&["generate", &scenes], &generated));
+    let scene = std::fs::read_dir(&scenes).unwrap().next().unwrap().unwrap().path().to_string_lossy().into_owned();
+    let text = run(words(&["plan", &scene, "--svg", &picture], &planned));
+    assert!(text.contains("outcome solved") && text.contains("search  hedge,"), "{text}");
+    let plan: Value = serde_json::from_str(&run(words(&["plan", &scene, "--json", "-"], &planned))).unwrap();
+    let kinds: Vec<_> = plan["actions"].as_array().unwrap().iter().map(|a| a["kind"].as_str().unwrap()).collect();
+    assert_eq!((plan["outcome"].as_str(), &kinds[..]), (Some("solved"), &["push", "push", "grasp"][..]));
+
+    let captions = |path: &Path| -> Vec<String> {
+        let text = std::fs::read_to_string(path).unwrap();
+        text.lines().filter(|line| line.starts_with("<text x=\"0\"")).map(String::from).collect()
+    };
+    let committed = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/img/demo.svg");
+    assert_eq!(
+        captions(&committed),
+        captions(Path::new(&picture)),
+        "docs/img/demo.svg is another plan; `make demo` draws it"
+    );
+}

@@ -13,7 +13,7 @@ use jostle::plan::{
 };
 use jostle::run::{Budget, CancelToken, Key, Progress, Stop};
 use jostle::scene::generate::{Generator, GeneratorParams};
-use jostle::scene::{BodyDef, LeaveRule, LeaveScope, Problem, SceneBuilder, State, Workspace};
+use jostle::scene::{BodyDef, Gripper, LeaveRule, LeaveScope, Problem, SceneBuilder, State, Workspace};
 use jostle::search::Params;
 
 const CENTRE: [f64; 2] = [0.5, 0.0];
@@ -48,11 +48,14 @@ fn walled() -> Problem {
     squares(&WALLS, |_, _| (), Workspace::default())
 }
 
-/// A walled target that is too wide for the gripper: there is no end to the search.
+/// A walled target that no grasp holds well enough, being so short: there is no end to the search.
 fn hopeless() -> Problem {
     let mut builder = SceneBuilder::new();
-    builder.add_body(BodyDef::new(Shape::rectangle(0.09, 0.09))).unwrap();
-    let around = [[0.069, 0.0], [-0.069, 0.0], [0.0, 0.069], [0.0, -0.069]];
+    builder.add_body(BodyDef::new(Shape::rectangle(0.01, 0.01))).unwrap();
+    let mut gripper = Gripper::default();
+    gripper.grasp.min_cover = 0.008;
+    builder.gripper(gripper);
+    let around = [[0.029, 0.018], [-0.029, -0.018], [-0.018, 0.029], [0.018, -0.029]];
     for _ in &around {
         builder.add_body(BodyDef::new(square())).unwrap();
     }
@@ -599,6 +602,7 @@ fn no_push_is_aimed_at_a_body_that_may_not_be_pushed() {
         def.pushable = index > 1;
         builder.add_body(def).unwrap();
     }
+    builder.gripper(problem.scene.gripper().clone());
     problem.scene = Arc::new(builder.build().unwrap());
     for options in all() {
         let plan = solve(&options, &problem);

@@ -23,6 +23,12 @@ impl Push {
         Self { start: [start.x, start.y], end: [end.x, end.y], body: None }
     }
 
+    /// The same push where every length is times `factor`.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Push {
+        Push { start: self.start.map(|v| factor * v), end: self.end.map(|v| factor * v), body: self.body }
+    }
+
     #[inline]
     pub fn start(&self) -> Vec2 {
         vec2(self.start[0], self.start[1])
@@ -80,6 +86,20 @@ pub struct Grasp {
     pub margin: f64,
     /// Expected quality in [0, 1].
     pub score: f64,
+}
+
+impl Grasp {
+    /// The same grasp where every length is times `factor`.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Grasp {
+        Grasp {
+            position: self.position.map(|v| factor * v),
+            opening: factor * self.opening,
+            width: factor * self.width,
+            margin: factor * self.margin,
+            ..*self
+        }
+    }
 }
 
 /// One action of a plan.

@@ -47,6 +47,25 @@ impl Shape {
     }
 }
 
+impl Shape {
+    /// The same shape with every length times `factor`.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Shape {
+        let corners = |points: &[[f64; 2]]| points.iter().map(|p| p.map(|v| factor * v)).collect();
+        match self {
+            Shape::ConvexPolygon(points) => Shape::ConvexPolygon(corners(points)),
+            Shape::Polygon(points) => Shape::Polygon(corners(points)),
+            Shape::Disc { radius } => Shape::Disc { radius: factor * radius },
+            Shape::Compound(parts) => Shape::Compound(
+                parts
+                    .iter()
+                    .map(|p| CompoundPart { pose: p.pose.scaled(factor), shape: p.shape.scaled(factor) })
+                    .collect(),
+            ),
+        }
+    }
+}
+
 /// A convex piece of a footprint, in the body frame.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Piece {
@@ -144,6 +163,27 @@ impl Footprint {
         Footprint::new(Shape::Compound(parts))
     }
 
+    /// The same footprint, piece by piece, with every length times `factor`.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Footprint {
+        let corners = |points: &Vec<Vec2>| points.iter().map(|p| p * factor).collect();
+        let piece = |piece: &Piece| match piece {
+            Piece::Convex(points) => Piece::Convex(corners(points)),
+            Piece::Disc { centre, radius } => Piece::Disc { centre: centre * factor, radius: radius * factor },
+        };
+        Footprint {
+            shape: self.shape.scaled(factor),
+            pieces: self.pieces.iter().map(piece).collect(),
+            outlines: self.outlines.iter().map(corners).collect(),
+            area: self.area * factor * factor,
+            centroid: self.centroid * factor,
+            gyration_squared: self.gyration_squared * factor * factor,
+            radius: self.radius * factor,
+            deviation: self.deviation * factor,
+            outlined: self.outlined * factor * factor,
+        }
+    }
+
     /// Greatest extent along a direction of the body frame.
     #[inline]
     pub fn support(&self, direction: Vec2) -> f64 {
@@ -185,7 +225,9 @@ impl Footprint {
             // The integral of h^3 / (3 cos^3) over the angle the edge spans, as seen from the point.
             let part = |t: f64| {
                 let (tan, sec) = (t / h.abs(), (t / h).hypot(1.0));
-                0.5 * (sec * tan + (sec + tan).ln())
+                // The logarithm is odd. Far on the negative side its argument cancels, to nothing in the end.
+                let log = if tan < -1e3 { -(sec - tan).ln() } else { (sec + tan).ln() };
+                0.5 * (sec * tan + log)
             };
             moment += h * h * h / 3.0 * (part(q.dot(&along)) - part(p.dot(&along)));
         }
@@ -451,6 +493,18 @@ mod tests {
             })
             .sum();
         assert!((square.mean_distance(from) - grid / (n * n) as f64).abs() < 1e-6, "from outside");
+    }
+
+    #[test]
+    fn the_mean_distance_is_even_where_an_edge_points_at_the_point() {
+        let square = Footprint::new(Shape::rectangle(0.04, 0.04)).unwrap();
+        let on_the_line = square.mean_distance(vec2(0.05, 0.02));
+        for power in 4..16 {
+            for off in [10f64.powi(-power), -(10f64.powi(-power))] {
+                let beside = square.mean_distance(vec2(0.05, 0.02 + off));
+                assert!((beside - on_the_line).abs() <= off.abs(), "{off}: {beside} for {on_the_line}");
+            }
+        }
     }
 
     #[test]

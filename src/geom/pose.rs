@@ -83,6 +83,13 @@ impl Pose2 {
         self.frame().inverse_point(p)
     }
 
+    /// The same heading where every length is times `factor`.
+    #[inline]
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Pose2 {
+        Pose2 { x: factor * self.x, y: factor * self.y, theta: self.theta }
+    }
+
     /// `self * other`: `other` given in the frame of `self`.
     pub fn compose(&self, other: &Pose2) -> Pose2 {
         Pose2::at(self.transform_point(other.position()), normalize_angle(self.theta + other.theta))

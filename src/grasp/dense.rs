@@ -50,9 +50,10 @@ impl GraspTest {
         }
         let grasper = &scene.gripper().grasp;
         let (opening, half) = (grasper.opening, grasper.finger_width / 2.0);
-        let score = &self.params().score;
+        let gripper = scene.gripper();
+        let score = &self.params().score.fitted(gripper);
         let footprint = &scene.body(body).footprint;
-        let subject = Subject::new(footprint);
+        let subject = Subject::new(footprint, gripper.scale());
         let own = state.pose(body).frame();
         // No part of a jaw that holds the body is farther from its origin.
         let reach = footprint.radius + opening + grasper.finger_thickness + grasper.finger_width;

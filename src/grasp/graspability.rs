@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::params::GraspParams;
 use super::scorer::{GraspAssessment, Scorer};
-use super::test::{GraspScratch, GraspTest};
+use super::test::{GraspScratch, GraspTest, Unholdable};
 use crate::error::Result;
 use crate::net::{ImageScratch, TargetProbability};
 use crate::run::Stop;
@@ -58,6 +58,10 @@ impl GraspabilityScorer {
 }
 
 impl Scorer for GraspabilityScorer {
+    fn unholdable(&self, scene: &Scene, body: usize) -> Option<Unholdable> {
+        self.test.unholdable(scene, body)
+    }
+
     fn name(&self) -> &str {
         "gc"
     }

@@ -5,11 +5,12 @@ use super::params::GraspScore;
 use crate::geom::{Footprint, Frame, Piece, Shape, Vec2};
 use crate::scene::Grasper;
 
-/// Features of the target this close to the point that a pad meets first count as met, metres: a pad gives that much.
+/// Features of the target this close to the point that a pad meets first count as met: a pad gives that much. Metres, for
+/// the published gripper.
 const TOUCH: f64 = 5e-5;
 /// From a whole factor of the end to its floor, as a share of the way to the end.
 const END_WIDTH: f64 = 0.1;
-/// An edge is in a band if this much of it is, metres.
+/// An edge is in a band if this much of it is, metres, for the published gripper.
 const SLIVER: f64 = 1e-6;
 
 /// A body between the pads, in the jaw's frame turned about the body's origin: x is the position of the jaw's middle.
@@ -43,9 +44,14 @@ impl Hold {
         opening / 2.0 - grasper.fit - (self.right - x).max(x - self.left)
     }
 
-    /// The target alone allows the grasp.
-    pub fn allowed(&self, grasper: &Grasper) -> bool {
-        self.lo <= self.hi && self.cover >= grasper.min_cover && self.wedge <= grasper.max_wedge
+    /// The pads cover enough of the target, and its faces are parallel enough.
+    pub fn meets(&self, grasper: &Grasper) -> bool {
+        self.cover >= grasper.min_cover && self.wedge <= grasper.max_wedge
+    }
+
+    /// The target passes between the fingers.
+    pub fn fits(&self) -> bool {
+        self.lo <= self.hi
     }
 }
 
@@ -54,15 +60,17 @@ pub(super) struct Subject<'a> {
     pub footprint: &'a Footprint,
     /// The outlines that are no discs.
     outlines: Vec<&'a [Vec2]>,
+    /// Of the gripper: [`crate::scene::Gripper::scale`].
+    scale: f64,
 }
 
 impl<'a> Subject<'a> {
-    pub fn new(footprint: &'a Footprint) -> Self {
+    pub fn new(footprint: &'a Footprint, scale: f64) -> Self {
         let mut discs = Vec::new();
         mark_discs(&footprint.shape, &mut discs);
         let outlines =
             footprint.outlines.iter().zip(&discs).filter(|(_, disc)| !**disc).map(|(o, _)| o.as_slice()).collect();
-        Self { footprint, outlines }
+        Self { footprint, outlines, scale }
     }
 
     /// The hold of a jaw whose frame sees the body at `frame`, with the pads' middle at height `y`.
@@ -123,7 +131,7 @@ impl<'a> Subject<'a> {
             let mut face = |extent: f64, tilt: f64| {
                 if pass == 0 {
                     reach = reach.max(extent);
-                } else if extent >= reach - TOUCH {
+                } else if extent >= reach - self.scale * TOUCH {
                     tilts.lo = tilts.lo.min(tilt);
                     tilts.hi = tilts.hi.max(tilt);
                     tilts.least = tilts.least.min(tilt.abs());
@@ -134,7 +142,7 @@ impl<'a> Subject<'a> {
                     let (p, q) = (frame.point(p), frame.point(outline[(i + 1) % outline.len()]));
                     let (nx, ny) = ((q.y - p.y) * side, (p.x - q.x) * side);
                     let (lo, hi) = (p.y.min(q.y).max(band.lo), p.y.max(q.y).min(band.hi));
-                    if nx <= 0.0 || hi - lo <= SLIVER.min(nx / 2.0) {
+                    if nx <= 0.0 || hi - lo <= (self.scale * SLIVER).min(nx / 2.0) {
                         continue;
                     }
                     let x = |y: f64| (p.x + (q.x - p.x) * (y - p.y) / (q.y - p.y)) * side;

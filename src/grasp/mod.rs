@@ -39,4 +39,4 @@ pub use holds::Jaw;
 pub use map::MapScorer;
 pub use params::{GraspParams, GraspScore};
 pub use scorer::{GeometricScorer, GraspAssessment, Scorer};
-pub use test::{GraspCheck, GraspScratch, GraspTest, Limit};
+pub use test::{GraspCheck, GraspScratch, GraspTest, Limit, Unholdable};

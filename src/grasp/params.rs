@@ -3,8 +3,11 @@
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result, check_positive, check_range};
+use crate::scene::{Grasper, Gripper};
 
 /// Resolution of the search for a grasp. The rule itself is the gripper's ([`crate::scene::Grasper`]).
+///
+/// Lengths are those for the published gripper; for another the test takes [`GraspParams::fitted`].
 ///
 /// The position across the opening is not sampled: the room between the obstacles is worked out exactly, which finds
 /// every grasp that sampled positions find and the narrow ones between them.
@@ -20,7 +23,7 @@ pub struct GraspParams {
     /// Positions as far apart as these go on to the body's ends, where the pads still cover enough of it: what is hemmed in
     /// is often held by an end. None is farther from the centroid than this, metres.
     pub end_reach: f64,
-    /// Openings to choose from, metres; empty: the gripper's full opening alone. The originals always open fully;
+    /// Openings to choose from, metres, whatever the gripper; empty: the gripper's full opening alone. The originals always open fully;
     /// 45 to 80 mm lets the fingers come down in narrower gaps.
     pub pre_openings: Vec<f64>,
     /// How closely a state that allows no grasp is measured for [`crate::grasp::GraspAssessment::nearness`]: the best
@@ -107,7 +110,37 @@ impl Default for GraspScore {
     }
 }
 
+impl GraspScore {
+    /// The same judgement for a gripper of another size. A face is no fuller for pads that are narrower than the
+    /// gripper is small: what they cover is all there is to hold.
+    #[must_use]
+    pub fn fitted(&self, gripper: &Gripper) -> GraspScore {
+        let scale = gripper.scale();
+        let pads = gripper.grasp.finger_width / Grasper::default().finger_width;
+        GraspScore {
+            full_face: scale.min(pads) * self.full_face,
+            full_width_spare: scale * self.full_width_spare,
+            full_clearance: scale * self.full_clearance,
+            ..*self
+        }
+    }
+}
+
 impl GraspParams {
+    /// The same test for a gripper of another size: every length grows with it ([`Gripper::scale`]). Nothing changes
+    /// for the published gripper.
+    #[must_use]
+    pub fn fitted(&self, gripper: &Gripper) -> GraspParams {
+        let scale = gripper.scale();
+        GraspParams {
+            offset_reach: scale * self.offset_reach,
+            end_reach: scale * self.end_reach,
+            nearness_scale: scale * self.nearness_scale,
+            score: self.score.fitted(gripper),
+            ..self.clone()
+        }
+    }
+
     /// Checks every field; errors name it.
     pub fn validate(&self) -> Result<()> {
         for (field, value) in [

@@ -5,7 +5,7 @@ use std::any::Any;
 use serde::{Deserialize, Serialize};
 
 use super::params::GraspParams;
-use super::test::{GraspScratch, GraspTest};
+use super::test::{GraspScratch, GraspTest, Unholdable};
 use crate::action::Grasp;
 use crate::error::Result;
 use crate::run::Stop;
@@ -45,6 +45,11 @@ pub trait Scorer: Send + Sync {
         out: &mut [GraspAssessment],
         stop: &Stop,
     );
+
+    /// Why no state of the scene has a grasp of the body, where that is known.
+    fn unholdable(&self, _scene: &Scene, _body: usize) -> Option<Unholdable> {
+        None
+    }
 }
 
 /// The geometric grasp test as a scorer.
@@ -66,6 +71,10 @@ impl GeometricScorer {
 }
 
 impl Scorer for GeometricScorer {
+    fn unholdable(&self, scene: &Scene, body: usize) -> Option<Unholdable> {
+        self.test.unholdable(scene, body)
+    }
+
     fn name(&self) -> &str {
         "geometric"
     }

@@ -9,9 +9,10 @@ use super::params::GraspParams;
 use crate::geom::{Footprint, Frame, Vec2, convex_hull, vec2};
 use crate::scene::{Grasper, Scene};
 
-/// At the ends of a body the pads cover this much more than they must, metres: the noise of an observation.
+/// At the ends of a body the pads cover this much more than they must, the noise of an observation: metres, for the
+/// published gripper.
 const END_SPARE: f64 = 0.002;
-/// Positions nearer than this to each other are one, metres.
+/// Positions nearer than this to each other are one: metres, for the published gripper.
 const SAME_PLACE: f64 = 0.001;
 
 /// A hold to try in a state.
@@ -38,6 +39,9 @@ pub(super) struct BodyTable {
     pub directions: Vec<(f64, f64, f64)>,
     /// No part of the jaw is farther from the body's origin, metres.
     pub reach: f64,
+    /// Least width of the body between the pads where they cover enough of it and its faces are parallel enough,
+    /// whatever the opening; infinite where there is no such place.
+    pub narrowest: f64,
 }
 
 /// The holds of every body of a scene.
@@ -46,34 +50,41 @@ pub(super) struct Tables {
     bodies: Vec<OnceLock<BodyTable>>,
     /// Area and radius of every footprint.
     measures: Vec<(f64, f64)>,
+    /// Fitted to the scene's gripper.
+    pub params: GraspParams,
     grasper: Grasper,
+    scale: f64,
 }
 
 impl Tables {
-    pub fn new(scene: &Scene) -> Tables {
+    pub fn new(scene: &Scene, params: &GraspParams) -> Tables {
         Tables {
             bodies: vec![OnceLock::new(); scene.len()],
             measures: scene.bodies().iter().map(|b| (b.footprint.area, b.footprint.radius)).collect(),
+            params: params.fitted(scene.gripper()),
             grasper: scene.gripper().grasp,
+            scale: scene.gripper().scale(),
         }
     }
 
-    /// The table of a body of a scene that they fit; always with the same parameters.
-    pub fn body(&self, scene: &Scene, body: usize, params: &GraspParams) -> Option<&BodyTable> {
+    /// The table of a body of a scene that they fit, made when it is first asked for.
+    pub fn body(&self, scene: &Scene, body: usize) -> Option<&BodyTable> {
         let table = self.bodies.get(body)?;
-        Some(table.get_or_init(|| BodyTable::new(&scene.body(body).footprint, &self.grasper, params)))
+        let made = || BodyTable::new(&scene.body(body).footprint, &self.grasper, &self.params, self.scale);
+        Some(table.get_or_init(made))
     }
 
     /// The tables were made for footprints and a gripper like this scene's.
     pub fn fits(&self, scene: &Scene) -> bool {
         let measures = scene.bodies().iter().map(|b| (b.footprint.area, b.footprint.radius));
-        self.grasper == scene.gripper().grasp && measures.eq(self.measures.iter().copied())
+        let gripper = scene.gripper();
+        self.grasper == gripper.grasp && self.scale == gripper.scale() && measures.eq(self.measures.iter().copied())
     }
 }
 
 impl BodyTable {
-    fn new(footprint: &Footprint, grasper: &Grasper, params: &GraspParams) -> BodyTable {
-        let subject = Subject::new(footprint);
+    fn new(footprint: &Footprint, grasper: &Grasper, params: &GraspParams, scale: f64) -> BodyTable {
+        let subject = Subject::new(footprint, scale);
         let zero = longest_side_normal(footprint);
         let directions: Vec<(f64, f64, f64)> = (0..params.angles)
             .map(|k| {
@@ -87,13 +98,18 @@ impl BodyTable {
         let mut candidates = Vec::new();
         let mut pieces = Pieces::default();
         let mut heights = Vec::new();
+        let mut narrowest = f64::INFINITY;
         for (direction, &(_, sin, cos)) in directions.iter().enumerate() {
             let seen = Frame { origin: Vec2::zeros(), sin: -sin, cos };
-            offsets(footprint, &seen, grasper, params, &mut heights);
+            offsets(footprint, &seen, grasper, params, scale, &mut heights);
             for &y in &heights {
                 for &opening in openings.iter().filter(|o| **o <= grasper.opening) {
                     let hold = subject.hold(&seen, y, opening, grasper, &params.score, &mut pieces);
-                    let Some(hold) = hold.filter(|h| h.allowed(grasper)) else { continue };
+                    let Some(hold) = hold.filter(|h| h.meets(grasper)) else { continue };
+                    narrowest = narrowest.min(hold.width());
+                    if !hold.fits() {
+                        continue;
+                    }
                     let margin =
                         hold.fit_spare(hold.middle(), opening, grasper).min(hold.cover - grasper.min_cover).max(0.0);
                     candidates.push(Candidate { hold, direction, y, opening, margin, guide: false });
@@ -123,7 +139,7 @@ impl BodyTable {
                 along.hypot(c.y.abs() + half_width)
             })
             .fold(0.0, f64::max);
-        BodyTable { candidates, directions, reach }
+        BodyTable { candidates, directions, reach, narrowest }
     }
 }
 
@@ -134,7 +150,14 @@ fn quantum(x: f64) -> i64 {
 
 /// Positions of the pads' middle in the jaw's frame: evenly about the centroid, and as far apart beyond until the pads
 /// just cover enough of either end, and there.
-fn offsets(footprint: &Footprint, seen: &Frame, grasper: &Grasper, params: &GraspParams, out: &mut Vec<f64>) {
+fn offsets(
+    footprint: &Footprint,
+    seen: &Frame,
+    grasper: &Grasper,
+    params: &GraspParams,
+    scale: f64,
+    out: &mut Vec<f64>,
+) {
     let centre = seen.point(footprint.centroid).y;
     out.clear();
     if params.offsets < 2 {
@@ -146,11 +169,11 @@ fn offsets(footprint: &Footprint, seen: &Frame, grasper: &Grasper, params: &Gras
     if step <= 0.0 {
         return;
     }
-    let beyond = grasper.finger_width / 2.0 - grasper.min_cover - END_SPARE;
+    let beyond = grasper.finger_width / 2.0 - grasper.min_cover - scale * END_SPARE;
     for side in [-1.0, 1.0] {
         let end = footprint.support(seen.inverse_vector(vec2(0.0, side))) + beyond - side * centre;
         let end = end.min(params.end_reach);
-        let steps = ((end - params.offset_reach) / step - SAME_PLACE / step).ceil();
+        let steps = ((end - params.offset_reach) / step - scale * SAME_PLACE / step).ceil();
         let mut at = params.offset_reach;
         for _ in 0..steps.max(0.0) as usize {
             at = (at + step).min(end);

@@ -78,6 +78,15 @@ pub enum Limit {
     Jaw { body: usize },
 }
 
+/// Why a body cannot be grasped wherever it and the others lie.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Unholdable {
+    /// It is at least so wide wherever it could be held, metres, which is more than the jaw takes.
+    TooWide { width: f64 },
+    /// The pads cover too little of it, or meet faces too far out of parallel.
+    NoFaces,
+}
+
 /// What the rule says of one grasp.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GraspCheck {
@@ -123,13 +132,13 @@ impl GraspTest {
     /// it, and much slower. It may be used on any scene with the same footprints and gripper.
     #[must_use]
     pub fn prepared(&self, scene: &Scene) -> Self {
-        Self { params: self.params.clone(), tables: Some(Tables::new(scene)) }
+        Self { params: self.params.clone(), tables: Some(Tables::new(scene, &self.params)) }
     }
 
     fn with_tables<R>(&self, scene: &Scene, run: impl FnOnce(&Tables) -> R) -> R {
         match &self.tables {
             Some(tables) if tables.fits(scene) => run(tables),
-            _ => run(&Tables::new(scene)),
+            _ => run(&Tables::new(scene, &self.params)),
         }
     }
 
@@ -157,6 +166,16 @@ impl GraspTest {
         })
     }
 
+    /// Why the body has no grasp in any state; none where it has one on an empty table. As far as the test's directions
+    /// and positions go.
+    pub fn unholdable(&self, scene: &Scene, body: usize) -> Option<Unholdable> {
+        self.with_tables(scene, |tables| {
+            let table = tables.body(scene, body).filter(|table| table.candidates.is_empty())?;
+            let wide = table.narrowest.is_finite();
+            Some(if wide { Unholdable::TooWide { width: table.narrowest } } else { Unholdable::NoFaces })
+        })
+    }
+
     /// The best grasp, and how near the state is to allowing one.
     pub fn assess(&self, scene: &Scene, state: &State, body: usize, scratch: &mut GraspScratch) -> GraspAssessment {
         self.with_tables(scene, |tables| {
@@ -168,7 +187,7 @@ impl GraspTest {
                 None => GraspAssessment {
                     grasp,
                     score: 0.0,
-                    nearness: 0.999 * (-violation / self.params.nearness_scale).exp(),
+                    nearness: 0.999 * (-violation / tables.params.nearness_scale).exp(),
                 },
             }
         })
@@ -188,7 +207,8 @@ impl GraspTest {
         if body >= scene.len() || !state.is_present(body) || !scene.body(body).pickable {
             return None;
         }
-        let table = tables.body(scene, body, &self.params)?;
+        let table = tables.body(scene, body)?;
+        let params = &tables.params;
         let grasper = &scene.gripper().grasp;
         let GraspScratch { near, views, blocks, blocked, .. } = scratch;
         let pose = state.pose(body);
@@ -227,22 +247,22 @@ impl GraspTest {
             }
             let wanted = candidate.guide && violation.is_some() && best.is_none();
             let free = collect_blocks(&view.pieces, candidate, grasper, !wanted, blocks)
-                .then(|| roomiest(&candidate.hold, blocks, blocked, self.params.score.full_clearance))
+                .then(|| roomiest(&candidate.hold, blocks, blocked, params.score.full_clearance))
                 .flatten();
             let Some(x) = free else {
                 if let Some(least) = violation.as_deref_mut().filter(|_| wanted) {
-                    measure(&candidate.hold, blocks, self.params.near_across, least);
+                    measure(&candidate.hold, blocks, params.near_across, least);
                 }
                 continue;
             };
-            let cap = candidate.margin.max(self.params.score.full_clearance);
+            let cap = candidate.margin.max(params.score.full_clearance);
             // A position between the blocks is legal; rounding may say otherwise by a hair.
             let (spare, _) = clearance(&view.pieces, x, candidate.y, candidate.opening, grasper, cap);
             let spare = spare.max(0.0);
-            let score = candidate.hold.score * self.params.score.clearance(spare);
+            let score = candidate.hold.score * params.score.clearance(spare);
             let margin = spare
                 .min(candidate.hold.fit_spare(x, candidate.opening, grasper).max(0.0))
-                .min((x - candidate.hold.lo).min(candidate.hold.hi - x))
+                .min((x - candidate.hold.lo).min(candidate.hold.hi - x).max(0.0))
                 .min(candidate.hold.cover - grasper.min_cover);
             let better =
                 best.is_none_or(|b| score > b.score + EQUAL || (score > b.score - EQUAL && margin > b.margin + EQUAL));
@@ -265,9 +285,10 @@ impl GraspTest {
         }
         let jaw = Pose2::new(grasp.position[0], grasp.position[1], grasp.angle).frame();
         let seen = seen_from(&jaw, &state.pose(grasp.body).frame());
-        let subject = Subject::new(&scene.body(grasp.body).footprint);
+        let score = self.params.score.fitted(scene.gripper());
+        let subject = Subject::new(&scene.body(grasp.body).footprint, scene.gripper().scale());
         let pieces = &mut scratch.pieces;
-        let Some(hold) = subject.hold(&seen, 0.0, grasp.opening, grasper, &self.params.score, pieces) else {
+        let Some(hold) = subject.hold(&seen, 0.0, grasp.opening, grasper, &score, pieces) else {
             return missing;
         };
         // `pieces` holds the target now; its own clearance to the fingers is part of the fit.
@@ -297,7 +318,7 @@ impl GraspTest {
         if hold.wedge > grasper.max_wedge {
             check.limit = Limit::Wedge;
         } else if check.margin >= 0.0 {
-            check.score = hold.score * self.params.score.clearance(spare);
+            check.score = hold.score * score.clearance(spare);
         }
         check
     }
@@ -361,7 +382,8 @@ fn roomiest(hold: &Hold, blocks: &[Block], blocked: &mut Vec<(f64, f64)>, enough
         let to = lo.min(hold.hi);
         if to >= from {
             let room = ((to - from) / 2.0).min(enough);
-            let x = middle.clamp(from + room, to - room);
+            // Not `clamp`: where there is no room to choose, rounding may carry the first bound beyond the second.
+            let x = middle.max(from + room).min(to - room);
             let better = best.is_none_or(|(r, at)| {
                 room > r + EQUAL || (room > r - EQUAL && (x - middle).abs() < (at - middle).abs() - EQUAL)
             });

@@ -52,6 +52,11 @@ impl Approach {
         if !self.is_solved(scene, job, result) {
             return result.take_back(job.state);
         }
+        Self::settle(scene, job, result);
+    }
+
+    /// Ends a push that is known to be solved: notes the bodies that left the workspace.
+    pub fn settle(scene: &Scene, job: &PushJob<'_>, result: &mut PushResult) {
         result.status = PushStatus::Executed;
         let workspace = scene.workspace();
         for (i, pose) in result.state.iter() {

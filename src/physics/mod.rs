@@ -10,6 +10,7 @@ mod options;
 pub mod planar;
 pub mod prism;
 pub mod rapier;
+mod scaled;
 mod transition;
 
 #[cfg(feature = "bullet")]

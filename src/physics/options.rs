@@ -9,6 +9,7 @@ use super::dipn::{self, Dipn, DipnSettings};
 use super::planar::{Planar, PlanarSettings};
 use super::prism::{Prism, PrismSettings};
 use super::rapier::{Rapier, RapierSettings};
+use super::scaled::Scaled;
 use super::transition::Transition;
 use crate::error::{Error, Result};
 use crate::net::MotionModel;
@@ -244,7 +245,24 @@ fn own_network(options: &PhysicsOptions) -> &str {
 }
 
 /// The same with a network that is loaded already, for the engine `dipn`.
+///
+/// An engine's lengths are those for the published gripper; a scene with a larger or smaller one is simulated at that
+/// size ([`crate::scene::Gripper::scale`]).
 pub fn engine_with(
+    options: &PhysicsOptions,
+    scene: Arc<Scene>,
+    network: Option<&Arc<dyn MotionModel>>,
+) -> Result<Arc<dyn Transition>> {
+    let scale = scene.gripper().scale();
+    if scale == 1.0 {
+        return at_size(options, scene, network);
+    }
+    let inner = at_size(options, Arc::new(scene.scaled(1.0 / scale)), network)?;
+    Ok(Arc::new(Scaled::new(scene, inner, scale)))
+}
+
+/// The engine with its constants as they are.
+fn at_size(
     options: &PhysicsOptions,
     scene: Arc<Scene>,
     network: Option<&Arc<dyn MotionModel>>,

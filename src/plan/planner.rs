@@ -14,6 +14,7 @@ use super::retrieval::Retrieval;
 use crate::action::{Action, ContourSampler, Grasp, Push};
 use crate::error::Result;
 use crate::geom::normalize_angle;
+use crate::grasp::Unholdable;
 use crate::physics::{Ensemble, Transition};
 use crate::run::{Budget, CancelToken, Pool, Progress, Stop, StopReason};
 use crate::scene::{Problem, Scene, State};
@@ -59,7 +60,8 @@ impl std::fmt::Debug for Planner {
 const CONSIDERED: usize = 16;
 /// By how much a grasp has to score better than one that failed.
 const BETTER: f64 = 0.02;
-/// An observed pose this near the predicted one is the same (metres; radians): the tree below is used on.
+/// An observed pose this near the predicted one is the same (metres, for the published gripper; radians): the tree below
+/// is used on.
 const SAME: (f64, f64) = (1e-4, 1e-3);
 
 impl Planner {
@@ -107,7 +109,7 @@ impl Planner {
         if budget.iterations.is_none() && budget.seconds.is_none() {
             budget = Budget { bytes: budget.bytes, ..self.recipe.budget };
         }
-        let keep = self.expected.as_ref().is_some_and(|expected| same(expected, &problem.state));
+        let keep = self.expected.as_ref().is_some_and(|expected| same(expected, problem));
         self.decide(problem, budget, keep, control)
     }
 
@@ -116,7 +118,7 @@ impl Planner {
     pub fn step(&mut self, problem: &Problem, iterations: u64, control: &Control) -> Result<Plan> {
         let budget = Budget { iterations: Some(iterations), ..self.options.budget };
         budget.validate()?;
-        let keep = self.expected.as_ref().is_some_and(|expected| same(expected, &problem.state));
+        let keep = self.expected.as_ref().is_some_and(|expected| same(expected, problem));
         self.decide(problem, budget, keep, control)
     }
 
@@ -205,6 +207,11 @@ impl Planner {
             return Ok(plan);
         }
 
+        if let Some(reason) = unholdable(domain) {
+            let ending = Ending { shown: vec![reason], ..Ending::default() };
+            (plan.outcome, plan.reasons) = ending.conclude();
+            return Ok(plan);
+        }
         let decision = Decision {
             domain,
             confirming: self.confirming.as_ref(),
@@ -270,7 +277,7 @@ impl Planner {
         }
         self.name_chosen(plan, weighed);
         if let Some(join) = &self.recipe.join {
-            join.merge(&mut plan.actions);
+            join.merge(&mut plan.actions, domain.scene.gripper().scale());
         }
         let solved = plan.actions.last().is_some_and(|a| matches!(a.action, Action::Grasp(_)));
         let pushes = plan.actions.iter().filter(|a| matches!(a.action, Action::Push(_))).count();
@@ -405,6 +412,15 @@ impl Planner {
     }
 }
 
+/// Why no push can make the target graspable, where the target's shape alone tells.
+fn unholdable(domain: &Retrieval) -> Option<Reason> {
+    let body = domain.scene.body(domain.target).name.clone();
+    Some(match domain.scorer.unholdable(&domain.scene, domain.target)? {
+        Unholdable::TooWide { width } => Reason::TooWide { body, width, opening: domain.scene.gripper().grasp.opening },
+        Unholdable::NoFaces => Reason::NoHold { body },
+    })
+}
+
 fn grasped(state: &State, grasp: Grasp, value: f64) -> PlannedAction {
     let mut predicted = state.clone();
     predicted.set_present(grasp.body, false);
@@ -437,12 +453,13 @@ fn prepare(options: &PlannerOptions, recipe: &Recipe, networks: &Networks, probl
 }
 
 /// The states are the same up to [`SAME`].
-fn same(a: &State, b: &State) -> bool {
+fn same(a: &State, problem: &Problem) -> bool {
+    let (b, near) = (&problem.state, problem.scene.gripper().scale() * SAME.0);
     a.present() == b.present()
         && a.len() == b.len()
         && a.iter().all(|(i, p)| {
             let q = b.pose(i);
-            (p.position() - q.position()).norm() <= SAME.0 && normalize_angle(p.theta - q.theta).abs() <= SAME.1
+            (p.position() - q.position()).norm() <= near && normalize_angle(p.theta - q.theta).abs() <= SAME.1
         })
 }
 

@@ -14,6 +14,11 @@ use crate::run::{Budget, StopReason};
 pub enum Reason {
     /// Of so many pushes that were proposed none is legal and of use.
     NoLegalPush { proposed: u64 },
+    /// Wherever the jaw could hold the target, the target is at least so wide, and the jaw opens no farther than this,
+    /// metres.
+    TooWide { body: String, width: f64, opening: f64 },
+    /// The pads never cover enough of the target, or meet faces that are too far out of parallel.
+    NoHold { body: String },
     /// No body that is left can be grasped as it lies. Of so many, a grasp was tried and failed.
     NoGrasp { failed: u64 },
     /// A body that can only be dragged cannot come to its goal: bodies that stay where they are, or the workspace's edge
@@ -61,6 +66,18 @@ impl fmt::Display for Reason {
                 f,
                 "of {proposed} pushes proposed none is legal and of use: each touches a body before it should, moves \
                  nothing, or drives a body out of the workspace; choose another `sampler` or `push_length`, or make room"
+            ),
+            Reason::TooWide { body, width, opening } => write!(
+                f,
+                "\"{body}\" is {:.1} mm wide where it is narrowest, and the jaw opens {:.1} mm and needs a gap on either \
+                 side; use a wider gripper, or choose another target",
+                width * 1e3,
+                opening * 1e3
+            ),
+            Reason::NoHold { body } => write!(
+                f,
+                "\"{body}\" cannot be held from any side: the pads cover less of it than `min_cover`, or meet faces farther \
+                 out of parallel than `max_wedge`; use another gripper, or choose another target"
             ),
             Reason::NoGrasp { failed: 0 } => f.write_str(
                 "no body that is left can be grasped as it lies; use a planner that pushes, or a wider gripper",
@@ -180,6 +197,8 @@ mod tests {
             Reason::NoLegalPush { proposed: 44 },
             Reason::NoGrasp { failed: 0 },
             Reason::NoGrasp { failed: 2 },
+            Reason::TooWide { body: "box".into(), width: 0.045, opening: 0.03 },
+            Reason::NoHold { body: "box".into() },
             Reason::Enclosed { body: "box".into(), by: Vec::new() },
             Reason::Enclosed { body: "box".into(), by: by[..1].to_vec() },
             Reason::Enclosed { body: "box".into(), by },
@@ -201,7 +220,7 @@ mod tests {
             assert!(written.text.contains(';'), "what is so; what to change: {}", written.text);
             assert!(!written.text.contains('\n'));
         }
-        let listed = all()[6].to_string();
+        let listed = all()[8].to_string();
         assert!(listed.contains("\"wall 1\", \"wall 2\", \"wall 3\", \"wall 4\" and 1 more"), "{listed}");
     }
 

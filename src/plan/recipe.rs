@@ -16,22 +16,22 @@ use crate::search::Params;
 pub struct Join {
     /// Greatest difference of their directions, radians.
     pub angle: f64,
-    /// Greatest distance of the second's start from the first's end, metres.
+    /// Greatest distance of the second's start from the first's end: metres, for the published gripper.
     pub distance: f64,
 }
 
 impl Join {
-    fn one_motion(&self, first: &Push, second: &Push) -> bool {
+    fn one_motion(&self, first: &Push, second: &Push, scale: f64) -> bool {
         normalize_angle(second.angle() - first.angle()).abs() < self.angle
-            && (second.start() - first.end()).norm() < self.distance
+            && (second.start() - first.end()).norm() < scale * self.distance
     }
 
     /// Makes the pushes at the beginning of a plan that go on in one line a single one, from the first start to the last end.
-    /// The state predicted after it is that of the last.
-    pub fn merge(&self, actions: &mut Vec<PlannedAction>) {
+    /// The state predicted after it is that of the last. `scale` is the gripper's.
+    pub fn merge(&self, actions: &mut Vec<PlannedAction>, scale: f64) {
         while let [first, second, ..] = &actions[..]
             && let (Action::Push(a), Action::Push(b)) = (&first.action, &second.action)
-            && self.one_motion(a, b)
+            && self.one_motion(a, b, scale)
         {
             let whole = Push { end: b.end, ..*a };
             actions[1] = PlannedAction { action: Action::Push(whole), value: first.value, ..second.clone() };

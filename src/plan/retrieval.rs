@@ -22,7 +22,8 @@ pub struct Reward {
     pub solved_score: f64,
 }
 
-/// A push that moves no body by more than this (metres; radians) is dropped: it leads back to where it began.
+/// A push that moves no body by more than this (metres, for the published gripper; radians) is dropped: it leads back to
+/// where it began.
 const IDLE: (f64, f64) = (0.002, 0.035);
 
 /// The parts of a retrieval planner, prepared for one scene and target.
@@ -150,10 +151,11 @@ impl Retrieval {
 
     /// The push does no harm, and something moved.
     pub(super) fn useful(&self, before: &State, result: &PushResult) -> bool {
+        let idle = self.scene.gripper().scale() * IDLE.0;
         !self.harmful(result)
             && before.iter().any(|(i, a)| {
                 let b = result.state.pose(i);
-                (a.position() - b.position()).norm_squared() > IDLE.0 * IDLE.0
+                (a.position() - b.position()).norm_squared() > idle * idle
                     || normalize_angle(a.theta - b.theta).abs() > IDLE.1
             })
     }

@@ -152,6 +152,18 @@ impl Body {
         })
     }
 
+    /// The same body with every length times `factor`, and the same mass.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Body {
+        Body {
+            footprint: self.footprint.scaled(factor),
+            height: factor * self.height,
+            centre_of_mass: self.centre_of_mass * factor,
+            inertia: self.inertia * factor * factor,
+            ..self.clone()
+        }
+    }
+
     /// The definition that makes this body again.
     pub fn def(&self) -> BodyDef {
         BodyDef {

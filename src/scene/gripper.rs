@@ -110,6 +110,51 @@ impl Gripper {
         }
     }
 
+    /// How large the gripper is beside the published one, [`Gripper::robotiq_2f85`], which has 1: the middle one of the
+    /// ratios of width and thickness of the tip, opening of the jaw, width and thickness of a finger. So a gripper with
+    /// one measure out of the ordinary (thick fingers, a paddle to push with) is no larger or smaller for it.
+    ///
+    /// Lengths that were chosen for the published gripper and its blocks are multiplied by this: stand-off and length
+    /// of pushes, what counts as a full face or as clearance, the motion that is none, the constants of engines.
+    pub fn scale(&self) -> f64 {
+        let (tip, jaw) = (PushTip::default(), Grasper::default());
+        let mut ratios = [
+            self.push.width / tip.width,
+            self.push.thickness / tip.thickness,
+            self.grasp.opening / jaw.opening,
+            self.grasp.finger_width / jaw.finger_width,
+            self.grasp.finger_thickness / jaw.finger_thickness,
+        ];
+        ratios.sort_unstable_by(f64::total_cmp);
+        let scale = ratios[ratios.len() / 2];
+        // Measures that went through single precision are the published ones still.
+        if (scale - 1.0).abs() < 1e-6 { 1.0 } else { scale }
+    }
+
+    /// The same gripper with every length times `factor`.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Gripper {
+        let Gripper { name, push, grasp } = self;
+        Gripper {
+            name: name.clone(),
+            push: PushTip {
+                width: factor * push.width,
+                thickness: factor * push.thickness,
+                clearance: factor * push.clearance,
+            },
+            grasp: Grasper {
+                opening: factor * grasp.opening,
+                finger_width: factor * grasp.finger_width,
+                finger_thickness: factor * grasp.finger_thickness,
+                finger_clearance: factor * grasp.finger_clearance,
+                fit: factor * grasp.fit,
+                pad_edge: factor * grasp.pad_edge,
+                min_cover: factor * grasp.min_cover,
+                max_wedge: grasp.max_wedge,
+            },
+        }
+    }
+
     /// Checks every measure; errors name the field.
     pub fn validate(&self) -> Result<()> {
         bounds::FINGER.check("gripper.push.width", self.push.width)?;
@@ -128,5 +173,40 @@ impl Gripper {
             return Err(Error::argument("gripper.grasp.fit", "leaves no room for an object within the opening"));
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_gripper_s_scale_is_that_of_most_of_its_measures() {
+        for name in Gripper::NAMES {
+            let gripper = Gripper::by_name(name).unwrap();
+            assert_eq!(gripper.scale(), 1.0, "{name}");
+            for factor in [0.05, 0.3, 1.0 / 3.0, 2.0, 10.0] {
+                assert!((gripper.scaled(factor).scale() / factor - 1.0).abs() < 1e-12, "{name} {factor}");
+            }
+        }
+        let changes: [fn(&mut Gripper, f64); 5] = [
+            |g, f| g.push.width *= f,
+            |g, f| g.push.thickness *= f,
+            |g, f| g.grasp.opening *= f,
+            |g, f| g.grasp.finger_width *= f,
+            |g, f| g.grasp.finger_thickness *= f,
+        ];
+        for change in changes {
+            for factor in [0.1, 0.9, 1.5, 10.0] {
+                let mut odd = Gripper::robotiq_2f85();
+                change(&mut odd, factor);
+                assert_eq!(odd.scale(), 1.0, "{odd:?}");
+            }
+        }
+        let mut rounded = Gripper::robotiq_2f85();
+        for change in changes {
+            change(&mut rounded, 1.0 + 4e-8);
+        }
+        assert_eq!(rounded.scale(), 1.0, "single precision");
     }
 }

@@ -182,6 +182,13 @@ impl State {
         self.present.iter().filter(|&i| i < self.poses.len()).map(|i| (i, self.pose(i)))
     }
 
+    /// Makes this the other state with every length times `factor`, in the memory it has.
+    pub fn scale_from(&mut self, other: &State, factor: f64) {
+        self.poses.clear();
+        self.poses.extend(other.poses.iter().map(|&pose| BodyPose::from(Pose2::from(pose).scaled(factor))));
+        self.present = other.present;
+    }
+
     /// A hash of the exact bits of present bodies' poses.
     pub fn hash_bits(&self) -> u64 {
         let mut h = 0xcbf2_9ce4_8422_2325u64 ^ self.poses.len() as u64;

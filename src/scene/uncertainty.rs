@@ -42,7 +42,7 @@ impl Uncertainty {
 
     pub fn validate(&self) -> Result<()> {
         check_range("uncertainty.friction_spread", self.friction_spread, 0.0..=0.9)?;
-        check_range("uncertainty.position", self.position, 0.0..=0.02)?;
+        check_range("uncertainty.position", self.position, 0.0..=1.0)?;
         check_range("uncertainty.rotation", self.rotation, 0.0..=0.5)
     }
 

@@ -57,6 +57,12 @@ impl Workspace {
         }
     }
 
+    /// The same workspace with every length times `factor`.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Workspace {
+        Workspace { min: self.min.map(|v| factor * v), max: self.max.map(|v| factor * v), ..*self }
+    }
+
     pub fn validate(&self) -> Result<()> {
         for (axis, name) in ["x", "y"].into_iter().enumerate() {
             let (lo, hi) = (self.min[axis], self.max[axis]);

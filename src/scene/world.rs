@@ -180,6 +180,18 @@ impl Scene {
         scene
     }
 
+    /// The same scene with every length times `factor`, and the same masses.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Scene {
+        Scene {
+            bodies: self.bodies.iter().map(|body| body.scaled(factor)).collect(),
+            gripper: self.gripper.scaled(factor),
+            workspace: self.workspace.scaled(factor),
+            friction: self.friction,
+            overlap_tolerance: factor * self.overlap_tolerance,
+        }
+    }
+
     /// Refuses a state that does not fit the scene: wrong count, out of bounds, or bodies that overlap too far.
     pub fn check_state(&self, state: &State) -> Result<()> {
         if state.len() != self.len() {

@@ -4,7 +4,7 @@ use super::directions::{Source, Tables, extent_behind};
 use super::params::{ContourRule, Order, SamplerParams};
 use super::{Placed, PushSampler, SamplerScratch, unknown};
 use crate::action::Push;
-use crate::error::Result;
+use crate::error::{Result, check_positive};
 use crate::geom::{Obb, Vec2};
 use crate::run::Stream;
 use crate::scene::{Scene, State};
@@ -17,6 +17,8 @@ const MAX_ACCEPTED: usize = 64;
 pub struct ContourSampler {
     name: &'static str,
     params: SamplerParams,
+    /// Commanded length of a push, metres; the parameters', fitted to the gripper, if absent.
+    length: Option<f64>,
     tables: Option<Tables>,
 }
 
@@ -97,10 +99,10 @@ impl Rules<'_> {
 }
 
 impl ContourSampler {
-    /// A sampler with parameters of your own.
+    /// A sampler with parameters of your own, for the published gripper; for another they are fitted to it.
     pub fn new(name: &'static str, params: SamplerParams) -> Result<Self> {
         params.validate()?;
-        Ok(Self { name, params, tables: None })
+        Ok(Self { name, params, length: None, tables: None })
     }
 
     /// A preset by name: one of [`super::NAMES`].
@@ -121,24 +123,28 @@ impl ContourSampler {
         &self.params
     }
 
-    /// The same sampler with another commanded length, metres.
+    /// The same sampler with another commanded length, metres, whatever the gripper.
     pub fn with_length(mut self, length: f64) -> Result<Self> {
-        self.params.length = length;
-        self.params.validate()?;
-        Ok(self)
+        check_positive("sampler.length", length)?;
+        self.length = Some(length);
+        Ok(Self { tables: None, ..self })
     }
 
     /// The same sampler with another share of the length really travelled.
     pub fn with_travel(mut self, travel: f64) -> Result<Self> {
         self.params.travel = travel;
         self.params.validate()?;
-        Ok(self)
+        Ok(Self { tables: None, ..self })
     }
 
     /// The same sampler made ready for a scene.
     #[must_use]
     pub fn prepared(&self, scene: &Scene) -> Self {
-        Self { name: self.name, params: self.params.clone(), tables: Some(Tables::new(scene, &self.params)) }
+        Self { tables: Some(self.tables_of(scene)), params: self.params.clone(), ..*self }
+    }
+
+    fn tables_of(&self, scene: &Scene) -> Tables {
+        Tables::new(scene, &self.params, self.length)
     }
 }
 
@@ -165,23 +171,23 @@ impl PushSampler for ContourSampler {
         let tables = match &self.tables {
             Some(tables) if tables.fits(scene) => tables,
             _ => {
-                fresh = Tables::new(scene, &self.params);
+                fresh = self.tables_of(scene);
                 &fresh
             }
         };
-        let (min, max) = self.params.region.resolve(scene.workspace());
-        let half = self.params.start_box.half(&scene.gripper().push);
+        let params = &tables.params;
+        let (min, max) = params.region.resolve(scene.workspace());
+        let half = params.start_box.half(&scene.gripper().push);
         let rules = Rules {
             scene,
             min,
             max,
             half,
             box_radius: half[0].hypot(half[1]),
-            travel: self.params.length * self.params.travel,
-            params: &self.params,
+            travel: params.length * params.travel,
+            params,
         };
-        let separation =
-            if let ContourRule::Greedy { separation, .. } = self.params.contour { separation } else { 0.0 };
+        let separation = if let ContourRule::Greedy { separation, .. } = params.contour { separation } else { 0.0 };
         let limit = separation.cos();
         let SamplerScratch { placed, near, others } = scratch;
         out.clear();
@@ -195,7 +201,7 @@ impl PushSampler for ContourSampler {
             let close = if inner > 0.0 { inner + box_inner } else { 0.0 };
             Placed { body, frame: pose.frame(), far: far * far, close: close * close }
         }));
-        if let (Some(previous), Some(within)) = (previous, self.params.continue_within) {
+        if let (Some(previous), Some(within)) = (previous, params.continue_within) {
             out.extend(rules.continuation(previous, within, placed));
         }
         let first = out.len();
@@ -233,7 +239,7 @@ impl PushSampler for ContourSampler {
                 }
             }
         }
-        if self.params.order == Order::AxesFirst {
+        if params.order == Order::AxesFirst {
             rng.shuffle(&mut out[first..]);
             rng.shuffle(others);
             out.extend_from_slice(others);

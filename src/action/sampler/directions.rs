@@ -2,7 +2,7 @@
 
 use super::params::{ContourRule, SamplerParams};
 use crate::geom::{Footprint, Piece, Vec2, convex_hull, vec2};
-use crate::scene::Scene;
+use crate::scene::{Gripper, Scene};
 
 /// A corner of the hull counts as one where the outline turns by more than this; a disc given as a polygon of more
 /// than 18 corners has none.
@@ -44,16 +44,26 @@ pub(super) struct BodyTable {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Tables {
     pub bodies: Vec<BodyTable>,
+    /// Fitted to the scene's gripper.
+    pub params: SamplerParams,
+    gripper: Gripper,
 }
 
 impl Tables {
-    pub fn new(scene: &Scene, params: &SamplerParams) -> Tables {
-        Tables { bodies: scene.bodies().iter().map(|b| BodyTable::new(&b.footprint, params)).collect() }
+    /// `length` is the commanded length of a push, where it is not the parameters'.
+    pub fn new(scene: &Scene, params: &SamplerParams, length: Option<f64>) -> Tables {
+        let gripper = scene.gripper().clone();
+        let mut params = params.fitted(&gripper);
+        params.length = length.unwrap_or(params.length);
+        let bodies = scene.bodies().iter().map(|b| BodyTable::new(&b.footprint, &params)).collect();
+        Tables { bodies, params, gripper }
     }
 
-    /// The tables were made for footprints like this scene's.
+    /// The tables were made for footprints and a gripper like this scene's.
     pub fn fits(&self, scene: &Scene) -> bool {
         self.bodies.len() == scene.len()
+            && self.gripper.push == scene.gripper().push
+            && self.gripper.grasp == scene.gripper().grasp
             && self
                 .bodies
                 .iter()

@@ -4,9 +4,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result, check_range};
 use crate::geom::{Vec2, vec2};
-use crate::scene::{PushTip, Workspace};
+use crate::scene::{Gripper, PushTip, Workspace};
 
 /// Which pushes [`super::ContourSampler`] proposes. Metres and radians.
+///
+/// Lengths are those for the published gripper; for another the sampler takes [`SamplerParams::fitted`]. So they are
+/// right for the blocks that the published gripper handles, and for all that is larger or smaller in proportion.
 ///
 /// A push along direction `d` aims at the centroid `c` of a body's area (the originals: the moments of its mask).
 /// Within a strip of half-width `strip` round the line through `c` along `d`, the farthest point of the body behind `c`
@@ -124,6 +127,37 @@ impl Default for SamplerParams {
 }
 
 impl SamplerParams {
+    /// The same pushes for a gripper of another size: every length grows with the gripper ([`Gripper::scale`]), the
+    /// strip with the width of the tip, and the stand-off keeps the free way between tip and contact, however thick
+    /// the tip is. A region given as a rectangle of the world stays where it is. Nothing changes for the published
+    /// gripper.
+    #[must_use]
+    pub fn fitted(&self, gripper: &Gripper) -> SamplerParams {
+        let (scale, published) = (gripper.scale(), PushTip::default());
+        let all = |lengths: &[f64]| lengths.iter().map(|v| scale * v).collect();
+        let start_box = match self.start_box {
+            StartBox::Tip { clearance } => StartBox::Tip { clearance: clearance.map(|c| scale * c) },
+            StartBox::Fixed { along, across } => StartBox::Fixed { along: scale * along, across: scale * across },
+        };
+        let thicker = start_box.half(&gripper.push)[0] - scale * self.start_box.half(&published)[0];
+        SamplerParams {
+            strip: gripper.push.width / published.width * self.strip,
+            stand_off: scale * self.stand_off + thicker,
+            length: scale * self.length,
+            lateral: all(&self.lateral),
+            region: match self.region {
+                Region::Grown { by } => Region::Grown { by: scale * by },
+                other => other,
+            },
+            start_inset: scale * self.start_inset,
+            end_inset: self.end_inset.map(|inset| scale * inset),
+            start_box,
+            back_off: all(&self.back_off),
+            continue_within: self.continue_within.map(|within| scale * within),
+            ..self.clone()
+        }
+    }
+
     /// Ours: 4 axes, 4 diagonals and up to 4 corners, 0.10 m, starts anywhere in the workspace.
     pub fn dense() -> Self {
         Self {

@@ -38,7 +38,8 @@ pub enum PushWorth {
     Freed,
 }
 
-/// How a decision is made. [`ClearOptions::own_rule`] has the planner's own.
+/// How a decision is made. [`ClearOptions::own_rule`] has the planner's own. Lengths are those for the published gripper
+/// and grow with it ([`crate::scene::Gripper::scale`]).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ClearRule {

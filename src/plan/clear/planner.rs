@@ -20,7 +20,8 @@ use crate::scene::{Clearing, Mask, Scene, State};
 const CONSIDERED: usize = 16;
 /// By how much a grasp has to score better than one that failed.
 const BETTER: f64 = 0.02;
-/// A push that starts this near (metres) to one that was blocked, and runs within this angle (its cosine), is the same.
+/// A push that starts this near (metres, for the published gripper) to one that was blocked, and runs within this angle
+/// (its cosine), is the same.
 const SAME_PUSH: (f64, f64) = (0.006, 0.985);
 /// Share of a decision's time that the model's pushes may use, where the best are confirmed after that.
 const MODEL_SHARE: f64 = 0.7;
@@ -317,7 +318,8 @@ impl ClearPlanner {
         let mut sampled = Vec::new();
         let target = parts.remaining(state).iter().next().unwrap_or(0);
         parts.sampler.sample(&parts.scene, state, target, None, &mut rng, &mut self.sampling, &mut sampled);
-        sampled.retain(|push| !self.blocked.iter().any(|blocked| same_push(push, blocked)));
+        let near = parts.scene.gripper().scale() * SAME_PUSH.0;
+        sampled.retain(|push| !self.blocked.iter().any(|blocked| same_push(push, blocked, near)));
         let lengths = &self.recipe.rule.lengths;
         let shortened = |push: &Push, share: f64| {
             let end = push.start() + (push.end() - push.start()) * share;
@@ -462,8 +464,8 @@ fn considered(candidates: &[Candidate], ranked: &[Judged]) -> Vec<RankedAction> 
     ranked.iter().take(CONSIDERED).map(of).collect()
 }
 
-fn same_push(a: &Push, b: &Push) -> bool {
-    (a.start() - b.start()).norm() <= SAME_PUSH.0 && a.direction().dot(&b.direction()) >= SAME_PUSH.1
+fn same_push(a: &Push, b: &Push, near: f64) -> bool {
+    (a.start() - b.start()).norm() <= near && a.direction().dot(&b.direction()) >= SAME_PUSH.1
 }
 
 /// The end was asked for from outside. A deadline is no such request.

@@ -14,7 +14,8 @@ use crate::scene::{BodyPose, Scene, State};
 
 /// Pushes judged between two looks at the clock and two reports of progress, for each worker's batch.
 const BATCHES_PER_LOOK: usize = 4;
-/// A push that moves no body by more than this (metres; radians) is dropped: it leads back to where it began.
+/// A push that moves no body by more than this (metres, for the published gripper; radians) is dropped: it leads back to
+/// where it began.
 const IDLE: (f64, f64) = (0.002, 0.035);
 /// How much a push loses by being of no use in all worlds of the confirming engine: more than any can be worth.
 const REFUSED: f64 = 1.0;
@@ -140,13 +141,15 @@ impl Judging<'_> {
     fn useful(&self, before: &State, result: &PushResult) -> bool {
         let scene = &self.parts.scene;
         let inset = |pose: &Pose2| scene.workspace().inset(pose.position());
+        let scale = scene.gripper().scale();
+        let (idle, edge) = (scale * IDLE.0, scale * self.rule.edge);
         let mut moved = false;
         for (i, a) in before.iter() {
             let b = result.state.pose(i);
             let by = (a.position() - b.position()).norm_squared();
-            moved |= by > IDLE.0 * IDLE.0 || normalize_angle(a.theta - b.theta).abs() > IDLE.1;
+            moved |= by > idle * idle || normalize_angle(a.theta - b.theta).abs() > IDLE.1;
             let inside = inset(&b);
-            if inside < self.rule.edge && inside < inset(&a) - IDLE.0 {
+            if inside < edge && inside < inset(&a) - idle {
                 return false;
             }
         }
@@ -219,11 +222,12 @@ impl Judging<'_> {
     /// The observed state, and others that differ from it as a camera's next looks would.
     pub fn worlds(&self, observed: &State, key: Key) -> Vec<State> {
         let mut worlds = vec![observed.clone()];
+        let noise_position = self.parts.scene.gripper().scale() * self.rule.noise_position;
         for world in 1..self.rule.confirm_worlds {
             let mut state = observed.clone();
             for (i, pose) in observed.iter() {
                 let mut draw = key.child(world as u64).child(i as u64).stream();
-                let (position, rotation) = (self.rule.noise_position, self.rule.noise_rotation);
+                let (position, rotation) = (noise_position, self.rule.noise_rotation);
                 let [dx, dy, turn] = [position, position, rotation].map(|deviation| deviation * draw.normal());
                 state.set_pose(i, Pose2::new(pose.x + dx, pose.y + dy, pose.theta + turn));
             }

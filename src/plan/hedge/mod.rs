@@ -14,8 +14,8 @@
 //! The pushes are those of `rich`: more of them cost a search that is fast anyway, and save about a quarter of an action on
 //! `hard` and half of one on `confined` beside the published ones.
 //!
-//! The worlds: friction of the tip and of every body off by up to 20 %, bodies 1 mm and 1 degree from where they were
-//! seen, `prism` as engine, `fast` and `fine` in turn: a plan that works at one step length only is not to be trusted.
+//! The worlds: friction of the tip and of every body off by up to 20 %, bodies 1 mm (in proportion to the gripper's size)
+//! and 1 degree from where they were seen, `prism` as engine, `fast` and `fine` in turn: a plan that works at one step length only is not to be trusted.
 //! They are the same for all plans.
 
 mod decision;
@@ -65,5 +65,8 @@ pub(super) fn ensemble(recipe: &Recipe, networks: &Networks, problem: &Problem, 
     let key = Key::new(seed).child(2);
     let finer = engine.finer();
     let engines: Vec<PhysicsOptions> = [engine].into_iter().chain(finer).collect();
-    Ensemble::new(&problem.scene, &engines, network, Uncertainty::default(), expect::WORLDS, key)
+    let usual = Uncertainty::default();
+    // A cell for smaller things sees them the better.
+    let uncertainty = Uncertainty { position: problem.scene.gripper().scale() * usual.position, ..usual };
+    Ensemble::new(&problem.scene, &engines, network, uncertainty, expect::WORLDS, key)
 }
