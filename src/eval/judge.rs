@@ -337,7 +337,7 @@ mod tests {
         let problem = row();
         // Geometry would refuse this grasp, and accept the other.
         let (beside, good) = (squeeze(&problem, [0.5, 0.06]), squeeze(&problem, [0.5, 0.0]));
-        let executed = |held, lifted| GraspResult { held, lifted: Mask(lifted), ..GraspResult::default() };
+        let executed = |held, lifted| GraspResult { held, lifted: Mask::from(lifted), ..GraspResult::default() };
         let blocked = GraspResult { status: GraspStatus::Blocked { body: Some(1) }, ..GraspResult::default() };
         for (result, grasp, wanted) in [
             (executed(Some(0), 0b01), beside, Effect::Grasped),

@@ -35,9 +35,9 @@ impl Transition for Slide {
             *result = PushResult {
                 status: PushStatus::Executed,
                 state: job.state.clone(),
-                touched: Mask(1),
-                left: Mask(0),
-                toppled: Mask(0),
+                touched: Mask::from(1),
+                left: Mask::EMPTY,
+                toppled: Mask::EMPTY,
             };
             let p = job.state.pose(0);
             let o = self.offset;

@@ -11,7 +11,7 @@ use super::scene::{Content, Scene, jostle_scene, with};
 use super::status::{Failure, Outcome, jostle_status};
 use crate::error::Error;
 use crate::scene::generate::{Generator, GeneratorParams};
-use crate::scene::{AnyProblem, MAX_BODIES};
+use crate::scene::{AnyProblem, MAX_SIMULATED};
 
 /// Hands a problem to the caller as a scene and its target.
 ///
@@ -115,8 +115,8 @@ pub unsafe extern "C" fn jostle_scene_generate(
     // SAFETY: the caller promises writable places.
     guard("jostle_scene_generate", |call| unsafe {
         give(call, context, scene, target, || {
-            if !(1..=MAX_BODIES).contains(&bodies) {
-                return Err(Failure::argument("bodies", format!("is {bodies}; it must lie in 1..={MAX_BODIES}")));
+            if !(1..=MAX_SIMULATED).contains(&bodies) {
+                return Err(Failure::argument("bodies", format!("is {bodies}; it must lie in 1..={MAX_SIMULATED}")));
             }
             let params = GeneratorParams { bodies: bodies..=bodies, ..GeneratorParams::default() };
             let made = Generator::new(params, seed).and_then(|generator| generator.problem(index));

@@ -12,7 +12,8 @@ use crate::geom::{Pose2, normalize_angle, vec2};
 use crate::run::{Stop, Stream};
 use crate::scene::Workspace;
 
-/// Least progress worth a node, and how far an extension stays back from what stopped it; metres by the metric.
+/// Least progress worth a node, and how far an extension stays back from what stopped it; metres by the metric, less in a
+/// room that is smaller than a table.
 const LEAST_PROGRESS: f64 = 0.003;
 const STAY_BACK: f64 = 0.001;
 
@@ -74,6 +75,8 @@ pub(super) struct World<'a> {
     pub shape: &'a MovingShape,
     pub workspace: &'a Workspace,
     pub params: &'a PathParams,
+    /// The size of the room.
+    pub room: f64,
     pub obstacles: &'a mut Obstacles,
 }
 
@@ -82,6 +85,10 @@ impl World<'_> {
     pub fn sweep(&mut self, motion: &Motion) -> f64 {
         let inside = sweep_inside(self.shape, self.workspace, motion, 1.0);
         if inside <= 0.0 { 0.0 } else { self.obstacles.sweep(self.shape, motion, inside) }
+    }
+
+    fn least_progress(&self) -> f64 {
+        LEAST_PROGRESS * self.room.min(1.0)
     }
 
     pub fn is_free(&mut self, a: &Pose2, b: &Pose2) -> bool {
@@ -98,8 +105,8 @@ impl World<'_> {
             return 1.0;
         }
         for _ in 0..3 {
-            reached -= STAY_BACK / length;
-            if reached * length < LEAST_PROGRESS {
+            reached -= STAY_BACK * self.room.min(1.0) / length;
+            if reached * length < self.least_progress() {
                 return 0.0;
             }
             if self.obstacles.is_free(self.shape, &motion.at(reached), 0.5 * SWEEP_SLACK) {
@@ -198,7 +205,7 @@ impl Connect {
             let from = a.nodes[near].pose;
             let mut motion = Motion::new(&from, &sample);
             let length = motion.by.norm() + weight * motion.turn.abs();
-            if length < LEAST_PROGRESS {
+            if length < world.least_progress() {
                 continue;
             }
             let part = (world.params.step / length).min(1.0);

@@ -21,5 +21,5 @@ mod sweep;
 #[cfg(test)]
 mod tests;
 
-pub use params::{EDGE_TOLERANCE, MIN_CLEARANCE, PathParams, SWEEP_SLACK};
+pub use params::{EDGE_TOLERANCE, MIN_CLEARANCE, PathParams, SWEEP_SLACK, room};
 pub use planner::{Path, PathLimits, PathOutcome, PathPlanner, PathScratch};

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::connect::{Connect, Ended, World};
-use super::params::{MIN_CLEARANCE, PathParams, SWEEP_SLACK};
+use super::params::{MIN_CLEARANCE, PathParams, SWEEP_SLACK, room};
 use super::reach::{Cells, Reach};
 use super::shape::MovingShape;
 use super::sweep::{Motion, Obstacles, is_inside};
@@ -81,6 +81,9 @@ pub struct PathPlanner {
     scene: Arc<Scene>,
     params: PathParams,
     shapes: Vec<MovingShape>,
+    /// For each body, the parameters with the lengths that fit it and the room.
+    fitted: Vec<PathParams>,
+    room: f64,
     /// Tells the scenes apart for a scratch that serves several.
     fingerprint: u64,
     cache: [Mutex<HashMap<u128, PathOutcome>>; PARTS],
@@ -99,7 +102,9 @@ impl PathPlanner {
             }
         }
         let fingerprint = hash.low;
-        Ok(PathPlanner { scene, params, shapes, fingerprint, cache: Default::default() })
+        let room = room(scene.workspace());
+        let fitted = shapes.iter().map(|shape| params.fitted(room, shape.width)).collect();
+        Ok(PathPlanner { scene, params, shapes, fitted, room, fingerprint, cache: Default::default() })
     }
 
     pub fn scene(&self) -> &Arc<Scene> {
@@ -108,6 +113,11 @@ impl PathPlanner {
 
     pub fn params(&self) -> &PathParams {
         &self.params
+    }
+
+    /// How fine the grid of a body is: the edge of a cell, metres.
+    pub fn cell(&self, body: usize) -> f64 {
+        self.fitted[body].cell
     }
 
     /// The length of a path by the metric, metres.
@@ -178,7 +188,7 @@ impl PathPlanner {
         let from = state.pose(body);
         if !obstacles.keep_as_at(shape, self.params.clearance, [&from, &from]) {
             items.clear();
-        } else if reach.make(Cells::NotBlocked, shape, obstacles, workspace, &self.params, &from) {
+        } else if reach.make(Cells::NotBlocked, shape, obstacles, workspace, &self.fitted[body], &from) {
             items.retain(|item| {
                 let to = pose(item);
                 reach.holds(to.transform_point(shape.middle), to.theta)
@@ -247,7 +257,8 @@ impl PathPlanner {
         {
             return PathOutcome::Enclosed;
         }
-        let mut world = World { shape, workspace, params: &self.params, obstacles };
+        let params = &self.fitted[body];
+        let mut world = World { shape, workspace, params, room: self.room, obstacles };
         if world.is_free(from, to) {
             return self.found(&[*from, *to]);
         }
@@ -259,13 +270,13 @@ impl PathPlanner {
             if stop.is_some_and(Stop::requested) {
                 return PathOutcome::Interrupted;
             }
-            let known = reach.make(Cells::NotBlocked, shape, world.obstacles, workspace, &self.params, from);
+            let known = reach.make(Cells::NotBlocked, shape, world.obstacles, workspace, params, from);
             if known && !reach.holds(to.transform_point(shape.middle), to.theta) {
                 return PathOutcome::Enclosed;
             }
             let mut rest = iterations - quick;
             let shown = rest > 0
-                && guide.make(Cells::FreeMiddle, shape, world.obstacles, workspace, &self.params, from)
+                && guide.make(Cells::FreeMiddle, shape, world.obstacles, workspace, params, from)
                 && guide.trace(shape, from, to, &mut connect.way);
             if !shown {
                 // Hardly any path is left that the grid does not show.
@@ -291,7 +302,8 @@ impl PathPlanner {
     }
 
     fn world<'a>(&'a self, body: usize, obstacles: &'a mut Obstacles) -> World<'a> {
-        World { shape: &self.shapes[body], workspace: self.scene.workspace(), params: &self.params, obstacles }
+        let (shape, params) = (&self.shapes[body], &self.fitted[body]);
+        World { shape, workspace: self.scene.workspace(), params, room: self.room, obstacles }
     }
 
     fn place(&self, state: &State, body: usize, scratch: &mut PathScratch) {

@@ -68,6 +68,20 @@ fn enclosing_circle(points: &[Vec2]) -> (Vec2, f64) {
     if a <= b { (box_middle, a) } else { (mean, b) }
 }
 
+/// Least extent of grown points in any direction; nearly, where some are grown.
+fn width(points: &[(Vec2, f64)]) -> f64 {
+    /// Directions looked at, a half turn of them.
+    const DIRECTIONS: u32 = 36;
+    let extent = |k: u32| {
+        let (s, c) = (f64::from(k) * std::f64::consts::PI / f64::from(DIRECTIONS)).sin_cos();
+        let along = |sign: f64| {
+            points.iter().map(|(p, grown)| sign * (p.x * c + p.y * s) + grown).fold(f64::NEG_INFINITY, f64::max)
+        };
+        along(1.0) + along(-1.0)
+    };
+    (0..DIRECTIONS).map(extent).fold(f64::INFINITY, f64::min)
+}
+
 /// A body's shape for motions.
 #[derive(Debug, Clone)]
 pub(super) struct MovingShape {
@@ -80,6 +94,8 @@ pub(super) struct MovingShape {
     /// grid follows, because it is within the workspace wherever the body is.
     pub middle: Vec2,
     pub middle_radius: f64,
+    /// Least extent of the convex hull in any direction.
+    pub width: f64,
 }
 
 impl MovingShape {
@@ -93,6 +109,7 @@ impl MovingShape {
         }
         let middle = extremes.iter().map(|e| e.0).sum::<Vec2>() / extremes.len().max(1) as f64;
         let middle_radius = extremes.iter().map(|e| (e.0 - middle).norm() + e.1).fold(0.0, f64::max);
-        MovingShape { cores, extremes, radius: footprint.radius, middle, middle_radius }
+        let width = width(&extremes);
+        MovingShape { cores, extremes, radius: footprint.radius, middle, middle_radius, width }
     }
 }

@@ -253,6 +253,7 @@ pub fn engine_with(
     scene: Arc<Scene>,
     network: Option<&Arc<dyn MotionModel>>,
 ) -> Result<Arc<dyn Transition>> {
+    scene.check_simulated()?;
     let scale = scene.gripper().scale();
     if scale == 1.0 {
         return at_size(options, scene, network);

@@ -7,7 +7,9 @@ use crate::error::{Error, Result};
 use crate::geom::{Footprint, Shape, Vec2, vec2};
 
 /// Greatest number of bodies in a scene: the width of a [`super::Mask`].
-pub const MAX_BODIES: usize = 128;
+pub const MAX_BODIES: usize = super::Mask::BITS;
+/// Greatest number of bodies in a scene that is simulated: the slots of a lane of `planar`. Rearrangements need no engine.
+pub const MAX_SIMULATED: usize = 128;
 
 /// What a user says of a body. Every field but the shape has a default.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

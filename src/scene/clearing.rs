@@ -72,8 +72,8 @@ mod tests {
         }
         let state = State::new([0.0, 0.1, 0.3].map(|y| Pose2::new(0.5, y, 0.0)));
         let problem = Clearing::new("three", Arc::new(builder.build().unwrap()), state.clone()).unwrap();
-        assert_eq!(problem.remaining(&state), Mask(0b101));
-        assert_eq!(problem.left(&state), Mask(0b100), "0.3 m is beyond the workspace's edge");
+        assert_eq!(problem.remaining(&state), Mask::from(0b101));
+        assert_eq!(problem.left(&state), Mask::from(0b100), "0.3 m is beyond the workspace's edge");
         let mut less = state;
         less.set_present(0, false);
         less.set_present(2, false);

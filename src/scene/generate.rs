@@ -16,7 +16,7 @@ use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use super::arc::ArcProfile;
-use super::body::{Body, BodyDef, MAX_BODIES};
+use super::body::{Body, BodyDef, MAX_SIMULATED};
 use super::library::{self, BlockConvention, block_of, block_size};
 use super::state::State;
 use super::world::{Problem, SceneBuilder};
@@ -84,8 +84,8 @@ impl GeneratorParams {
     /// Errors name the field.
     pub fn validate(&self) -> Result<()> {
         let (least, most) = (*self.bodies.start(), *self.bodies.end());
-        if least == 0 || most < least || most > MAX_BODIES {
-            let reason = format!("is {least}..={most}; it must be a range within 1..={MAX_BODIES}");
+        if least == 0 || most < least || most > MAX_SIMULATED {
+            let reason = format!("is {least}..={most}; it must be a range within 1..={MAX_SIMULATED}");
             return Err(Error::argument("generator.bodies", reason));
         }
         check_range("generator.gap[0]", self.gap[0], 0.0..=0.02)?;

@@ -22,7 +22,7 @@ mod uncertainty;
 mod workspace;
 mod world;
 
-pub use body::{Body, BodyDef, MAX_BODIES};
+pub use body::{Body, BodyDef, MAX_BODIES, MAX_SIMULATED};
 pub use clearing::Clearing;
 pub use file::{AnyProblem, SCENE_VERSION};
 pub use gripper::{Grasper, Gripper, PushTip};

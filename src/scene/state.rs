@@ -1,5 +1,7 @@
 //! Where the bodies are: all that a search node holds of the world.
 
+use std::ops::{BitAnd, BitOr};
+
 use crate::bounds;
 use crate::error::Result;
 use crate::geom::{Pose2, normalize_angle};
@@ -52,54 +54,105 @@ impl From<BodyPose> for Pose2 {
 
 /// A set of body indices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub struct Mask(pub u128);
+pub struct Mask([u64; Mask::WORDS]);
 
 impl Mask {
-    pub const EMPTY: Mask = Mask(0);
+    const WORDS: usize = 4;
+    /// Indices that a set can hold: 0 up to this.
+    pub const BITS: usize = 64 * Self::WORDS;
+    pub const EMPTY: Mask = Mask([0; Self::WORDS]);
 
     /// The first `n` bodies.
     #[inline]
     pub fn first(n: usize) -> Mask {
-        if n >= 128 { Mask(u128::MAX) } else { Mask((1u128 << n) - 1) }
+        let word = |k: usize| match n.saturating_sub(64 * k) {
+            left @ 0..64 => (1 << left) - 1,
+            _ => u64::MAX,
+        };
+        Mask(std::array::from_fn(word))
     }
 
     #[inline]
     pub fn contains(self, body: usize) -> bool {
-        body < 128 && self.0 >> body & 1 == 1
+        self.0.get(body / 64).is_some_and(|word| word >> (body % 64) & 1 == 1)
     }
 
     #[inline]
     pub fn insert(&mut self, body: usize) {
-        self.0 |= 1 << body;
+        if let Some(word) = self.0.get_mut(body / 64) {
+            *word |= 1 << (body % 64);
+        }
     }
 
     #[inline]
     pub fn remove(&mut self, body: usize) {
-        self.0 &= !(1 << body);
+        if let Some(word) = self.0.get_mut(body / 64) {
+            *word &= !(1 << (body % 64));
+        }
     }
 
     #[inline]
     pub fn is_empty(self) -> bool {
-        self.0 == 0
+        self == Mask::EMPTY
     }
 
     #[inline]
     pub fn count(self) -> usize {
-        self.0.count_ones() as usize
+        self.0.iter().map(|word| word.count_ones() as usize).sum()
+    }
+
+    /// The bodies of this set that are not in the other.
+    #[inline]
+    #[must_use]
+    pub fn without(self, other: Mask) -> Mask {
+        Mask(std::array::from_fn(|k| self.0[k] & !other.0[k]))
     }
 
     /// The indices, ascending.
     #[inline]
     pub fn iter(self) -> impl Iterator<Item = usize> {
         let mut rest = self.0;
+        let mut word = 0;
         std::iter::from_fn(move || {
-            if rest == 0 {
-                return None;
+            while rest[word] == 0 {
+                word += 1;
+                if word == Self::WORDS {
+                    word -= 1;
+                    return None;
+                }
             }
-            let i = rest.trailing_zeros() as usize;
-            rest &= rest - 1;
-            Some(i)
+            let bit = rest[word].trailing_zeros() as usize;
+            rest[word] &= rest[word] - 1;
+            Some(64 * word + bit)
         })
+    }
+}
+
+/// The bit of body `k` is the k-th.
+impl From<u128> for Mask {
+    #[inline]
+    fn from(bits: u128) -> Mask {
+        let mut mask = Mask::EMPTY;
+        (mask.0[0], mask.0[1]) = (bits as u64, (bits >> 64) as u64);
+        mask
+    }
+}
+
+impl BitAnd for Mask {
+    type Output = Mask;
+
+    #[inline]
+    fn bitand(self, other: Mask) -> Mask {
+        Mask(std::array::from_fn(|k| self.0[k] & other.0[k]))
+    }
+}
+
+impl BitOr for Mask {
+    type Output = Mask;
+
+    #[inline]
+    fn bitor(self, other: Mask) -> Mask {
+        Mask(std::array::from_fn(|k| self.0[k] | other.0[k]))
     }
 }
 
@@ -193,8 +246,9 @@ impl State {
     pub fn hash_bits(&self) -> u64 {
         let mut h = 0xcbf2_9ce4_8422_2325u64 ^ self.poses.len() as u64;
         let mut mix = |v: u64| h = (h ^ v).wrapping_mul(0x0100_0000_01b3).rotate_left(23);
-        mix(self.present.0 as u64);
-        mix((self.present.0 >> 64) as u64);
+        // As many words as the bodies need, and two at least: more room for bodies has not changed the hash of a state.
+        let words = self.poses.len().div_ceil(64).clamp(2, Mask::WORDS);
+        self.present.0[..words].iter().for_each(|&word| mix(word));
         for (i, _) in self.iter() {
             let p = self.poses[i];
             for v in [p.x, p.y, p.theta] {
@@ -232,13 +286,32 @@ mod tests {
     #[test]
     fn masks_iterate_ascending() {
         let mut m = Mask::EMPTY;
-        for i in [127, 0, 64] {
+        for i in [127, 0, 64, 255] {
             m.insert(i);
         }
-        assert_eq!(m.iter().collect::<Vec<_>>(), [0, 64, 127]);
+        assert_eq!(m.iter().collect::<Vec<_>>(), [0, 64, 127, 255]);
         m.remove(64);
-        assert!(m.count() == 2 && !m.contains(64) && m.contains(127) && !m.contains(128));
-        assert_eq!(Mask::first(128).count(), 128);
+        assert!(m.count() == 3 && !m.contains(64) && m.contains(127) && !m.contains(128));
+        assert!((0..=Mask::BITS).all(|n| Mask::first(n).iter().eq(0..n)));
+        m.insert(Mask::BITS);
+        assert!(m.count() == 3 && !m.contains(Mask::BITS));
+    }
+
+    #[test]
+    fn masks_are_sets() {
+        let mut stream = crate::run::Key::new(1).stream();
+        for _ in 0..50 {
+            let mut draw = || {
+                let members: std::collections::BTreeSet<usize> = (0..40).map(|_| stream.index(Mask::BITS)).collect();
+                let mut mask = Mask::EMPTY;
+                members.iter().for_each(|&body| mask.insert(body));
+                (mask, members)
+            };
+            let ((a, in_a), (b, in_b)) = (draw(), draw());
+            assert!((a & b).iter().eq(in_a.intersection(&in_b).copied()));
+            assert!((a | b).iter().eq(in_a.union(&in_b).copied()));
+            assert!(a.without(b).iter().eq(in_a.difference(&in_b).copied()));
+        }
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::body::{Body, BodyDef, MAX_BODIES};
+use super::body::{Body, BodyDef, MAX_BODIES, MAX_SIMULATED};
 use super::gripper::Gripper;
 use super::rearrangement::CONTACT_SLACK;
 use super::state::{Mask, State, check_pose};
@@ -190,6 +190,18 @@ impl Scene {
             friction: self.friction,
             overlap_tolerance: factor * self.overlap_tolerance,
         }
+    }
+
+    /// Refuses a scene that has too many bodies for the engines.
+    pub fn check_simulated(&self) -> Result<()> {
+        if self.len() > MAX_SIMULATED {
+            let reason = format!(
+                "has {} bodies; at most {MAX_SIMULATED} can be pushed about, up to {MAX_BODIES} rearranged",
+                self.len()
+            );
+            return Err(Error::argument("bodies", reason));
+        }
+        Ok(())
     }
 
     /// Refuses a state that does not fit the scene: wrong count, out of bounds, or bodies that overlap too far.

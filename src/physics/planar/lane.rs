@@ -509,7 +509,7 @@ impl Lane {
             let within = reach + 2.0 * shared.settings.border as f32 + ROUNDING;
             let near = self.near(s, [x, y], model.bodies[a].radius + within);
             found.begin(self, a);
-            for b in Mask(near.0 & !self.spread.0).iter() {
+            for b in near.without(self.spread).iter() {
                 let border = self.borders[a] + self.borders[b];
                 let within = reach + border;
                 self.pairs(shared, a, b, within, |p, q, first, second| {
@@ -533,7 +533,7 @@ impl Lane {
             #[inline(always)]
             || {
                 let near = circles.iter().zip((0u32..128).step_by(LANES));
-                Mask(near.fold(0, |bits, (eight, first)| bits | u128::from(eight.near(s, x, y, radius)) << first))
+                Mask::from(near.fold(0, |bits, (eight, first)| bits | u128::from(eight.near(s, x, y, radius)) << first))
             },
         )
     }

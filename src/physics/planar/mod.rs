@@ -62,6 +62,7 @@ impl Planar {
 
     pub(super) fn with_name(name: String, scene: Arc<Scene>, settings: PlanarSettings) -> Result<Planar> {
         settings.validate()?;
+        scene.check_simulated()?;
         let model = Model::new(&scene, &settings);
         let instruction_set = settings.instruction_set.unwrap_or_else(InstructionSet::best);
         Ok(Planar { name, scene, settings, instruction_set, model })

@@ -5,25 +5,11 @@
 
 use crate::scene::Mask;
 
-/// Sets of vertices looked at before the search for a least feedback set becomes greedy.
-const MOST_SETS: usize = 20_000;
-/// Least feedback sets that are listed.
-const MOST_LISTED: usize = 64;
-
 /// Who waits for whom. An edge from a body to each body in its way.
 #[derive(Debug, Clone, Default)]
 pub struct Graph {
     blocked_by: Vec<Mask>,
     reach: Vec<Mask>,
-}
-
-/// A least set of bodies without which nobody waits in a circle.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Feedback {
-    /// No set has fewer members.
-    pub at_least: usize,
-    /// Sets of that size; where the search was cut short, one found greedily.
-    pub sets: Vec<Mask>,
 }
 
 impl Graph {
@@ -51,7 +37,7 @@ impl Graph {
             let beyond = self.reach[through];
             for body in 0..bodies {
                 if self.reach[body].contains(through) {
-                    self.reach[body].0 |= beyond.0;
+                    self.reach[body] = self.reach[body] | beyond;
                 }
             }
         }
@@ -74,12 +60,12 @@ impl Graph {
     }
 
     /// Nobody among `bodies` waits in a circle.
-    fn acyclic(&self, bodies: Mask) -> bool {
+    pub fn acyclic(&self, bodies: Mask) -> bool {
         let mut left = bodies;
         loop {
             let before = left;
             for body in before.iter() {
-                if self.blocked_by[body].0 & left.0 == 0 {
+                if (self.blocked_by[body] & left).is_empty() {
                     left.remove(body);
                 }
             }
@@ -89,82 +75,24 @@ impl Graph {
         }
     }
 
-    /// The least feedback sets; [`close`](Self::close) must have been called.
-    pub fn feedback(&self, out: &mut Feedback) {
-        out.sets.clear();
-        out.at_least = 0;
-        let cyclic = self.cyclic();
-        if cyclic.is_empty() {
-            return;
+    /// The strongly connected parts of the bodies that wait in circles; [`close`](Self::close) must have been called.
+    pub fn parts(&self) -> Vec<Mask> {
+        let mut parts = Vec::new();
+        let mut left = self.cyclic();
+        while let Some(body) = left.iter().next() {
+            let mut part = Mask::EMPTY;
+            let together = |other: &usize| self.reach[body].contains(*other) && self.reach[*other].contains(body);
+            left.iter().filter(together).for_each(|other| part.insert(other));
+            left = left.without(part);
+            parts.push(part);
         }
-        let mut looked = 0;
-        for size in 1..=cyclic.count() {
-            out.at_least = size;
-            if !self.subsets(cyclic, cyclic, Mask::EMPTY, size, &mut looked, &mut out.sets) {
-                out.sets.clear();
-                out.sets.push(self.greedy(cyclic));
-                return;
-            }
-            if !out.sets.is_empty() {
-                return;
-            }
-        }
-    }
-
-    /// Lists the feedback sets of `chosen` and `more` members of `from`; false if there are too many to look at.
-    fn subsets(
-        &self,
-        cyclic: Mask,
-        from: Mask,
-        chosen: Mask,
-        more: usize,
-        looked: &mut usize,
-        out: &mut Vec<Mask>,
-    ) -> bool {
-        if more == 0 {
-            *looked += 1;
-            if self.acyclic(Mask(cyclic.0 & !chosen.0)) && out.len() < MOST_LISTED {
-                out.push(chosen);
-            }
-            return *looked < MOST_SETS;
-        }
-        let mut left = from;
-        for body in from.iter() {
-            left.remove(body);
-            if left.count() + 1 < more {
-                break;
-            }
-            let mut with = chosen;
-            with.insert(body);
-            if !self.subsets(cyclic, left, with, more - 1, looked, out) {
-                return false;
-            }
-        }
-        true
-    }
-
-    /// A feedback set, not always the least: the body with the most ways through it, again and again.
-    fn greedy(&self, cyclic: Mask) -> Mask {
-        let mut chosen = Mask::EMPTY;
-        loop {
-            let left = Mask(cyclic.0 & !chosen.0);
-            if self.acyclic(left) {
-                return chosen;
-            }
-            let ways = |body: usize| {
-                let blocks = left.iter().filter(|&other| self.blocked_by[other].contains(body)).count();
-                blocks * (self.blocked_by[body].0 & left.0).count_ones() as usize
-            };
-            let Some(best) = left.iter().max_by_key(|&body| (ways(body), usize::MAX - body)) else { return chosen };
-            chosen.insert(best);
-        }
+        parts
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::Key;
 
     fn graph(edges: &[(usize, usize)], bodies: usize) -> Graph {
         let mut graph = Graph::default();
@@ -178,41 +106,10 @@ mod tests {
         graph
     }
 
-    fn feedback(graph: &Graph) -> Feedback {
-        let mut out = Feedback::default();
-        graph.feedback(&mut out);
-        out
-    }
-
-    #[test]
-    fn a_chain_needs_no_waiting_place_and_a_swap_needs_one() {
-        assert_eq!(feedback(&graph(&[(0, 1), (1, 2)], 3)).at_least, 0);
-        let swap = feedback(&graph(&[(0, 1), (1, 0), (2, 0)], 3));
-        assert_eq!(swap.at_least, 1);
-        assert_eq!(swap.sets, [Mask(1), Mask(2)]);
-        // Two circles that share body 1: it is the one to take out.
-        assert_eq!(feedback(&graph(&[(0, 1), (1, 0), (1, 2), (2, 1)], 3)).sets, [Mask(2)]);
-    }
-
     #[test]
     fn what_must_move_first_is_found_through_others() {
         let chain = graph(&[(0, 1), (1, 2), (3, 0)], 4);
-        assert_eq!(chain.reach(3), Mask(0b111));
+        assert_eq!(chain.reach(3), Mask::from(0b111));
         assert!(chain.cyclic().is_empty());
-    }
-
-    #[test]
-    fn a_least_feedback_set_is_least() {
-        for seed in 0..50 {
-            let mut stream = Key::new(seed).stream();
-            let edges: Vec<(usize, usize)> =
-                (0..14).map(|_| (stream.index(8), stream.index(8))).filter(|(a, b)| a != b).collect();
-            let graph = graph(&edges, 8);
-            let found = feedback(&graph);
-            let least = (0u128..256).filter(|set| graph.acyclic(Mask(255 & !set))).map(u128::count_ones).min();
-            assert_eq!(Some(found.at_least as u32), least, "{edges:?}");
-            assert!(found.sets.iter().all(|set| graph.acyclic(Mask(255 & !set.0))));
-            assert!(graph.acyclic(Mask(255 & !graph.greedy(graph.cyclic()).0)));
-        }
     }
 }

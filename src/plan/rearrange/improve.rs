@@ -4,11 +4,12 @@
 //! of it between two of its states, with fewer moves or in less time than the piece takes. Fewer moves come first, then
 //! robot time. A batch of attempts starts from the same plan and is looked at in order, so that threads change nothing.
 
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, PoisonError};
 
+use super::bridge::{Bridge, Span};
 use super::mover::Mover;
 use super::table::Layout;
-use super::untangle::{Worker, attempt, lower_bound, reversed};
+use super::untangle::{Course, Worker, attempt, least_seconds, lower_bound, reversed};
 use crate::action::Move;
 use crate::error::Result;
 use crate::geom::footprints_apart;
@@ -22,6 +23,16 @@ const PATIENCE: u32 = 200;
 const PATIENCE_KNOWN: u32 = 8;
 /// Chance that an attempt starts afresh although there is a plan.
 const AFRESH: f64 = 0.15;
+
+/// Batches without a plan after which attempts lead from one state to another that earlier ones have come to, most of them:
+/// how likely, after how many moves such an attempt ends, and the chance that it makes room.
+const ALONE: u64 = 8;
+const BRIDGES: f64 = 0.75;
+const BRIDGE_MOVES: usize = 3;
+const BRIDGE_ROOM: f64 = 0.3;
+
+/// Robot times that differ by less are one, seconds.
+const SAME_SECONDS: f64 = 1e-9;
 
 /// A plan in the making.
 #[derive(Debug, Clone, Default)]
@@ -60,13 +71,17 @@ pub struct Found {
 struct Task {
     mover: Arc<Mover>,
     start: Layout,
-    limit: usize,
+    course: Course,
     backwards: bool,
+    /// It leads from a state of one tree to one of the other.
+    span: Option<Span>,
     /// The piece of the best plan to be replaced.
     piece: std::ops::Range<usize>,
     key: Key,
     /// To be filled: moves, forwards, and bodies left misplaced; `None` if it was interrupted.
     moves: Vec<Move>,
+    /// Where an attempt between the trees has come to.
+    end: State,
     solved: bool,
     misplaced: usize,
 }
@@ -82,6 +97,7 @@ pub fn search(
     let start = Layout::new(&mover.table.problem.start);
     let backwards = backwards(mover);
     let at_least = lower_bound(mover, &start);
+    let least_seconds = least_seconds(mover, &start);
     let mut found = Found { at_least, ..Found::default() };
     found.best.misplaced = usize::MAX;
     let mut idle = 0;
@@ -91,19 +107,31 @@ pub fn search(
     }
     let key = Key::new(limits.seed).child(2);
     let mut stream = Key::new(limits.seed).child(3).stream();
+    let mut bridge = None;
     loop {
         let left = limits.budget.iterations.map_or(u64::MAX, |most| most.saturating_sub(found.attempts));
         let count = left.min(limits.lanes as u64) as usize;
         let proven = found.best.solved && found.best.moves.len() <= at_least;
         let patience = if proven { PATIENCE_PROVEN } else { PATIENCE };
-        found.settled = found.best.solved && idle >= patience;
+        // Where the robot's time is the least too, nothing is left to be gained.
+        let optimal = proven && found.best.seconds <= least_seconds + SAME_SECONDS;
+        found.settled = found.best.solved && (optimal || idle >= patience);
         if count == 0 || limits.stop.requested() || found.settled {
             return Ok(found);
+        }
+        if found.best.solved {
+            bridge = None;
+        } else if bridge.is_none() && found.attempts >= ALONE * limits.lanes as u64 {
+            let goal = backwards.as_ref().map(|back| &back.table.problem.start);
+            bridge = goal.map(|goal| Bridge::new(&start.state, goal, mover.table.movable.count(), limits.max_moves));
         }
         let states = states(&start, &found.best);
         let mut tasks: Vec<Task> = (0..count as u64)
             .map(|lane| {
                 let key = key.child(found.attempts + lane);
+                if let Some(bridge) = bridge.as_ref().filter(|_| stream.chance(BRIDGES)) {
+                    return Task::across(mover, bridge, key, &mut stream);
+                }
                 let limits = (at_least, limits.max_moves);
                 task(mover, backwards.as_ref(), &found.best, &states, limits, key, &mut stream)
             })
@@ -114,7 +142,14 @@ pub fn search(
         idle += 1;
         // Every task replaced a piece of the same plan: of two good pieces only one can be taken.
         let before = found.best.clone();
-        for task in tasks.drain(..) {
+        for mut task in tasks.drain(..) {
+            if let (Some(bridge), Some(span)) = (&mut bridge, task.span) {
+                if !task.solved {
+                    bridge.add(span, task.end, task.moves);
+                    continue;
+                }
+                task.moves = shortened(mover, &mut workers[0], &start, bridge.whole(span, &task.moves), limits.stop);
+            }
             if better(mover, &start, &before, &mut found.best, task) {
                 idle = 0;
             }
@@ -210,6 +245,14 @@ fn task(
 }
 
 impl Task {
+    /// An attempt between the trees.
+    fn across(mover: &Mover, bridge: &Bridge, key: Key, stream: &mut Stream) -> Task {
+        let (span, limit) = bridge.draw(mover, stream);
+        let (mover, start) = bridge.mover(mover, span);
+        let course = Course { limit, soon: BRIDGE_MOVES, room: BRIDGE_ROOM };
+        Task { course, span: Some(span), ..Task::new(mover, start, limit, false, 0..0, key) }
+    }
+
     fn new(
         mover: Arc<Mover>,
         start: Layout,
@@ -218,22 +261,43 @@ impl Task {
         piece: std::ops::Range<usize>,
         key: Key,
     ) -> Task {
-        Task { mover, start, limit, backwards, piece, key, moves: Vec::new(), solved: false, misplaced: usize::MAX }
+        Task {
+            mover,
+            start,
+            course: Course::whole(limit),
+            backwards,
+            span: None,
+            piece,
+            key,
+            moves: Vec::new(),
+            end: State::default(),
+            solved: false,
+            misplaced: usize::MAX,
+        }
     }
 }
 
 fn run(task: &mut Task, worker: &mut Worker, stop: &Stop) {
     let mut stream = task.key.stream();
-    task.solved = attempt(&task.mover, worker, &task.start, task.limit, &mut stream, stop);
+    task.solved = attempt(&task.mover, worker, &task.start, task.course, &mut stream, stop);
     task.misplaced = task.mover.table.misplaced(&worker.layout.state).count();
     task.moves.clear();
-    if task.backwards {
+    if task.span.is_some() {
+        task.end.clone_from(&worker.layout.state);
+        task.moves.clone_from(&worker.moves);
+    } else if task.backwards {
         if task.solved {
             task.moves = reversed(&worker.moves);
         }
     } else {
         task.moves.clone_from(&worker.moves);
     }
+}
+
+/// The moves of a plan without those that it can do without.
+fn shortened(mover: &Mover, worker: &mut Mutex<Worker>, start: &Layout, moves: Vec<Move>, stop: &Stop) -> Vec<Move> {
+    let worker = worker.get_mut().unwrap_or_else(PoisonError::into_inner);
+    worker.shorten(mover, start, moves, stop)
 }
 
 /// Takes what the task found if that makes a better plan.
@@ -253,7 +317,7 @@ fn better(mover: &Mover, start: &Layout, before: &Candidate, best: &mut Candidat
     };
     let new = candidate(mover, start, moves);
     let wins = if best.solved {
-        new.solved && (new.moves.len(), new.seconds) < (best.moves.len(), best.seconds - 1e-9)
+        new.solved && (new.moves.len(), new.seconds) < (best.moves.len(), best.seconds - SAME_SECONDS)
     } else {
         new.solved || new.misplaced < best.misplaced
     };

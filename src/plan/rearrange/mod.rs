@@ -1,6 +1,8 @@
 //! Planners of rearrangements: HBFS and PMMR (REMP, dissertation chapter 7), and `untangle`, our own.
 
+mod bridge;
 mod domain;
+mod feedback;
 mod graph;
 mod hbfs;
 mod improve;
@@ -9,7 +11,9 @@ mod options;
 mod outcome;
 mod planner;
 mod pmmr;
+mod room;
 mod samplers;
+mod shorten;
 mod table;
 mod untangle;
 

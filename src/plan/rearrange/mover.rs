@@ -26,8 +26,8 @@ pub struct MoverScratch {
     state: State,
 }
 
-/// Distance of the frames along a corridor, metres by the metric of drags.
-const CORRIDOR_STEP: f64 = 0.008;
+/// Distance of the frames along a corridor in cells of the grid of paths, by the metric of drags.
+const CORRIDOR_STEP: f64 = 4.0 / 3.0;
 /// Iterations spent on a corridor: it is a guide, not a move.
 const CORRIDOR_ITERATIONS: u32 = 100;
 
@@ -106,13 +106,14 @@ impl Mover {
         found.path().map(|path| path.waypoints.as_slice().into())
     }
 
-    /// Frames along a path, close to each other.
-    pub fn frames_along(&self, path: &[Pose2], out: &mut Vec<Frame>) {
+    /// Frames along a path of a body, close to each other.
+    pub fn frames_along(&self, body: usize, path: &[Pose2], out: &mut Vec<Frame>) {
+        let step = CORRIDOR_STEP * self.paths.cell(body);
         out.extend(path.first().map(Pose2::frame));
         for pair in path.windows(2) {
             let (a, b) = (pair[0], pair[1]);
             let turn = normalize_angle(b.theta - a.theta);
-            let steps = (self.costs.distance(&a, &b) / CORRIDOR_STEP).ceil().max(1.0);
+            let steps = (self.costs.distance(&a, &b) / step).ceil().max(1.0);
             for step in 1..=steps as u32 {
                 let t = f64::from(step) / steps;
                 let pose = Pose2::new(a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), a.theta + t * turn);

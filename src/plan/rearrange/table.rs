@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::geom::{Footprint, Frame, Pose2, Shape, Vec2, convex_hull, footprints_apart, pieces_gap_below, vec2};
+use crate::motion::room;
 use crate::scene::{BodyPose, Goal, Mask, PLACE_SLACK, Rearrangement, State};
 
 /// A state with the sine and cosine of every heading worked out.
@@ -45,6 +46,10 @@ impl Layout {
 
     pub fn pose(&self, body: usize) -> Pose2 {
         self.state.pose(body)
+    }
+
+    pub fn frame(&self, body: usize) -> &Frame {
+        &self.frames[body]
     }
 }
 
@@ -97,6 +102,8 @@ pub struct Table {
     /// Gap that sampled places keep from other bodies, metres.
     pub clearance: f64,
     pub boxes: Arc<[BoundingBox]>,
+    /// The size of the room: lengths that were chosen on a table are in proportion to it.
+    pub room: f64,
 }
 
 impl Table {
@@ -112,7 +119,7 @@ impl Table {
             }
         }
         let boxes = scene.bodies().iter().map(|body| BoundingBox::of(&body.footprint)).collect();
-        Table { problem: problem.clone(), movable, drag_only, clearance, boxes }
+        Table { problem: problem.clone(), movable, drag_only, clearance, boxes, room: room(scene.workspace()) }
     }
 
     pub fn len(&self) -> usize {
@@ -181,6 +188,13 @@ impl Table {
             other == body
                 || footprints_apart(footprint, &frame, self.footprint(other), &layout.frames[other], self.clearance)
         })
+    }
+
+    /// A place that a plan may put `body` to: free, or its goal with nothing on it.
+    pub fn may_stand(&self, layout: &Layout, body: usize, pose: &Pose2) -> bool {
+        self.is_free(layout, body, pose)
+            || (self.goal_pose(body, &layout.pose(body)) == Some(*pose)
+                && self.blockers(layout, body, pose, -PLACE_SLACK).is_empty())
     }
 
     /// How deep `body` at `pose` lies in another body, metres, the clearance included. Exact for discs; for others a

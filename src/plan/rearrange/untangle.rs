@@ -9,9 +9,12 @@
 
 use std::sync::Arc;
 
-use super::graph::{Feedback, Graph};
+use super::feedback::Feedback;
+use super::graph::Graph;
 use super::mover::{Mover, MoverScratch};
+use super::room::RoomMaker;
 use super::samplers::{anywhere, direct, tiles};
+use super::shorten::Shortener;
 use super::table::{Layout, stored};
 use crate::action::Move;
 use crate::geom::{Frame, Pose2, footprints_apart};
@@ -21,7 +24,7 @@ use crate::scene::{Mask, PLACE_SLACK};
 /// Places drawn for a body that is put aside: anywhere, and near where it is.
 const ANYWHERE: usize = 48;
 const NEARBY: usize = 12;
-/// Spread of the latter, metres and radians.
+/// Spread of the latter, metres on a table of room 1 and radians.
 const NEAR: (f64, f64) = (0.08, 0.6);
 /// Steps by which a drawn place is moved out of the bodies it overlaps.
 const RELAXATIONS: usize = 6;
@@ -30,8 +33,11 @@ const RELAXATIONS: usize = 6;
 const BODIES: usize = 8;
 const CHOSEN: usize = 4;
 const PATHS: usize = 3;
-/// What a place costs: for each goal or corridor that it blocks with and without a circle, per metre of detour, and at
-/// random.
+/// Bodies for which room is tried to be made, and the chance that it is at the body's goal.
+const ROOMS: usize = 3;
+const ROOM_AT_GOAL: f64 = 0.7;
+/// What a place costs: for each goal or corridor that it blocks with and without a circle, per metre of detour on a table
+/// of room 1, and at random.
 const CIRCLE: f64 = 1.0;
 const ORDER: f64 = 0.1;
 const DETOUR: f64 = 0.3;
@@ -56,6 +62,26 @@ pub struct Worker {
     corridors: Vec<Vec<Frame>>,
     places: Vec<(f64, Pose2)>,
     order: Vec<usize>,
+    shortener: Shortener,
+    room: RoomMaker,
+}
+
+/// How far an attempt goes and what it may do.
+#[derive(Debug, Clone, Copy)]
+pub struct Course {
+    /// Most moves.
+    pub limit: usize,
+    /// It ends once it has put a body aside and made this many moves.
+    pub soon: usize,
+    /// Chance that it makes room where nobody can go home, instead of putting a body aside.
+    pub room: f64,
+}
+
+impl Course {
+    /// All the way.
+    pub fn whole(limit: usize) -> Course {
+        Course { limit, soon: usize::MAX, room: 0.0 }
+    }
 }
 
 /// A tighter or looser way to go about an attempt, drawn for each.
@@ -65,12 +91,12 @@ struct Manner {
     wary: bool,
 }
 
-/// Attempts `moves` from `start` that lead every body home, at most `limit` of them; false without.
+/// Attempts moves from `start` that lead every body home; false without.
 pub fn attempt(
     mover: &Mover,
     worker: &mut Worker,
     start: &Layout,
-    limit: usize,
+    course: Course,
     stream: &mut Stream,
     stop: &Stop,
 ) -> bool {
@@ -83,12 +109,19 @@ pub fn attempt(
         }
         let misplaced = mover.table.misplaced(&worker.layout.state);
         if misplaced.is_empty() {
-            return worker.moves.len() <= limit;
+            worker.shortener.shorten(mover, &mut worker.mover, start, &mut worker.moves, stop);
+            return worker.moves.len() <= course.limit;
         }
-        if worker.moves.len() + worker.bound(mover, misplaced) > limit {
+        if worker.moves.len() + worker.bound(mover, misplaced) > course.limit {
             return false;
         }
-        if !worker.put_aside(mover, misplaced, stream, stop) {
+        if course.room > 0.0
+            && stream.chance(course.room)
+            && worker.make_room(mover, misplaced, course.limit, stream, stop)
+        {
+            continue;
+        }
+        if !worker.put_aside(mover, misplaced, stream, stop) || worker.moves.len() >= course.soon {
             return false;
         }
     }
@@ -102,15 +135,29 @@ pub fn lower_bound(mover: &Mover, layout: &Layout) -> usize {
     worker.bound(mover, misplaced)
 }
 
+/// Least robot time of any plan from here that brings each body to its goal's pose, seconds: every misplaced body goes
+/// there straight.
+pub fn least_seconds(mover: &Mover, layout: &Layout) -> f64 {
+    let straight = |body: usize| {
+        let from = layout.pose(body);
+        let to = mover.table.goal_pose(body, &from)?;
+        Some(match mover.table.drag_only.contains(body) {
+            true => Move::Drag { body, waypoints: [from, to].into() },
+            false => Move::PickPlace { body, pick: from, place: to },
+        })
+    };
+    mover.table.misplaced(&layout.state).iter().filter_map(straight).map(|action| mover.costs.seconds(&action)).sum()
+}
+
 impl Worker {
     fn bound(&mut self, mover: &Mover, misplaced: Mask) -> usize {
         self.graph.clear(mover.table.len());
         for body in misplaced.iter() {
             let blockers = mover.table.goal_blockers(&self.layout, body);
-            self.graph.set(body, Mask(blockers.0 & misplaced.0));
+            self.graph.set(body, blockers & misplaced);
         }
         self.graph.close();
-        self.graph.feedback(&mut self.feedback);
+        self.feedback.find(&self.graph);
         misplaced.count() + self.feedback.at_least
     }
 
@@ -122,13 +169,13 @@ impl Worker {
     /// Brings one body home; false if none can go.
     fn go_home(&mut self, mover: &Mover, manner: Manner, stream: &mut Stream, stop: &Stop) -> bool {
         let table = &mover.table;
-        let misplaced = Mask(table.misplaced(&self.layout.state).0 & table.movable.0);
+        let misplaced = table.misplaced(&self.layout.state) & table.movable;
         self.order.clear();
         self.order.extend(misplaced.iter());
         stream.shuffle(&mut self.order);
         // Those that are dragged first: what is placed later may stand in their way.
         self.order.sort_by_key(|&body| !table.drag_only.contains(body));
-        let waiting = misplaced.0 & table.drag_only.0 != 0;
+        let waiting = !(misplaced & table.drag_only).is_empty();
         if waiting && manner.wary {
             self.find_corridors(mover, misplaced, stop);
         }
@@ -152,14 +199,14 @@ impl Worker {
         let table = &mover.table;
         self.corridors.resize_with(table.len(), Vec::new);
         self.corridors.iter_mut().for_each(Vec::clear);
-        for body in Mask(misplaced.0 & table.drag_only.0).iter() {
+        for body in (misplaced & table.drag_only).iter() {
             let Some(goal) = table.goal_pose(body, &self.layout.pose(body)) else { continue };
-            let pickable = Mask(table.movable.0 & !table.drag_only.0);
+            let pickable = table.movable.without(table.drag_only);
             let path = mover
                 .path_without(&mut self.mover, &self.layout, body, goal, pickable, stop)
                 .or_else(|| mover.path_without(&mut self.mover, &self.layout, body, goal, table.movable, stop));
             if let Some(path) = path {
-                mover.frames_along(&path, &mut self.corridors[body]);
+                mover.frames_along(body, &path, &mut self.corridors[body]);
             }
         }
     }
@@ -193,10 +240,10 @@ impl Worker {
                     blockers.insert(other);
                 }
             }
-            self.graph.set(body, Mask(blockers.0 & table.movable.0));
+            self.graph.set(body, blockers & table.movable);
         }
         self.graph.close();
-        self.graph.feedback(&mut self.feedback);
+        self.feedback.find(&self.graph);
     }
 
     /// Moves a body out of the way; false if none was found that can be.
@@ -211,6 +258,23 @@ impl Worker {
             }
         }
         false
+    }
+
+    /// Makes room for a misplaced body at its goal, or for one anywhere.
+    fn make_room(&mut self, mover: &Mover, misplaced: Mask, limit: usize, stream: &mut Stream, stop: &Stop) -> bool {
+        let table = &mover.table;
+        let waiting = misplaced & table.movable;
+        if waiting.is_empty() {
+            return false;
+        }
+        (0..ROOMS).any(|_| {
+            let body = waiting.iter().nth(stream.index(waiting.count())).unwrap_or_default();
+            let goal = table.goal_pose(body, &self.layout.pose(body)).filter(|_| stream.chance(ROOM_AT_GOAL));
+            let pose = goal.unwrap_or_else(|| stored(anywhere(table, body, stream)));
+            let left = limit.saturating_sub(self.moves.len());
+            let made = (&mut self.layout, &mut self.moves);
+            self.room.make_room(mover, &mut self.mover, made, body, pose, left, stop)
+        })
     }
 
     /// Which body to put aside.
@@ -268,7 +332,7 @@ impl Worker {
             let detour =
                 (pose.position() - now.position()).norm() + (home.position() - pose.position()).norm() - straight;
             let blocking = if any { 0.0 } else { self.blocking(mover, body, &pose, misplaced) };
-            self.places[index].0 = blocking + DETOUR * detour + NOISE * stream.unit();
+            self.places[index].0 = blocking + DETOUR * detour / table.room + NOISE * stream.unit();
         }
         self.places.sort_by(|a, b| a.0.total_cmp(&b.0));
     }
@@ -278,9 +342,15 @@ impl Worker {
         &self.places
     }
 
+    /// Moves that lead every body home from `start`, without those that can be done without.
+    pub fn shorten(&mut self, mover: &Mover, start: &Layout, mut moves: Vec<Move>, stop: &Stop) -> Vec<Move> {
+        self.shortener.shorten(mover, &mut self.mover, start, &mut moves, stop);
+        moves
+    }
+
     /// Bodies that keep a misplaced one from going home.
     pub fn in_the_way(&self, misplaced: Mask) -> Mask {
-        Mask(misplaced.iter().fold(0, |mask, body| mask | self.graph.blockers(body).0))
+        misplaced.iter().fold(Mask::EMPTY, |mask, body| mask | self.graph.blockers(body))
     }
 
     /// A move of `body` in the layout as it is.
@@ -300,7 +370,9 @@ impl Worker {
             let apart =
                 |gap| footprints_apart(table.footprint(body), &frame, table.footprint(other), &goal.frame(), gap);
             if !apart(-PLACE_SLACK) || corridors.contains(other) {
-                cost += if first.contains(other) { CIRCLE } else { ORDER };
+                // A body that has no goal to go to must be moved once more, for nothing.
+                let circle = first.contains(other) || table.goal(body).is_none();
+                cost += if circle { CIRCLE } else { ORDER };
             }
         }
         cost
@@ -315,7 +387,8 @@ impl Worker {
             let mut pose = anywhere(table, body, stream);
             if draw >= ANYWHERE {
                 let (x, y, turn) = (stream.normal(), stream.normal(), stream.normal());
-                pose = Pose2::new(now.x + NEAR.0 * x, now.y + NEAR.0 * y, now.theta + NEAR.1 * turn);
+                let near = NEAR.0 * table.room;
+                pose = Pose2::new(now.x + near * x, now.y + near * y, now.theta + NEAR.1 * turn);
             }
             if let Some(pose) = relaxed(mover, &self.layout, body, pose) {
                 self.places.push((0.0, pose));
