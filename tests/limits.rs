@@ -196,7 +196,7 @@ fn a_byte_budget_bounds_what_is_kept() {
 fn star(corners: usize) -> Shape {
     let corner = |k: usize| {
         let angle = std::f64::consts::TAU * k as f64 / corners as f64;
-        let radius = if k % 2 == 0 { 0.045 } else { 0.036 };
+        let radius = if k.is_multiple_of(2) { 0.045 } else { 0.036 };
         [radius * angle.cos(), radius * angle.sin()]
     };
     Shape::Polygon((0..corners).map(corner).collect())

@@ -103,7 +103,7 @@ pub fn measure(args: &BenchSearchArgs, seed: u64) -> Outcome<Limits> {
 fn row(name: &str, bodies: usize, decisions: usize, seed: u64, watch: &Watch) -> Outcome<Kept> {
     let kind = Kind::of(name);
     let tasks = (0..SCENES)
-        .map(|i| Task::new(kind, bodies, i % 2 == 0, Key::new(seed).child(i)))
+        .map(|i| Task::new(kind, bodies, i.is_multiple_of(2), Key::new(seed).child(i)))
         .collect::<Outcome<Vec<_>>>()?;
     let (mut cpu, mut wall, mut by_limit) = (Vec::new(), Vec::new(), Vec::new());
     for (at, limit_ms) in LIMITS_MS.into_iter().enumerate() {
