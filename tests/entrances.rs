@@ -301,7 +301,7 @@ fn the_count_of_corners_and_parts_has_the_same_limit_at_every_entrance() {
         let corner = |i: usize| {
             let angle = std::f64::consts::TAU * i as f64 / count as f64;
             // Every other corner lies further in, so that the outline is no convex one.
-            let radius = if i % 2 == 0 { 0.2 } else { 0.199 };
+            let radius = if i.is_multiple_of(2) { 0.2 } else { 0.199 };
             [radius * angle.cos(), radius * angle.sin()]
         };
         (0..count).map(corner).collect()
