@@ -55,10 +55,12 @@ pub enum ModelFault {
     LfsPointer,
     #[error("the file is no ONNX model, or is cut off")]
     NotOnnx,
-    #[error("the runtime refuses the network")]
-    Session,
     #[error("the SHA-256 differs")]
     Hash,
+    #[error("the weights are in another file")]
+    External,
+    #[error("an operator is not taken")]
+    Operator,
     #[error("the network is of another kind")]
     Kind,
     #[error("the network has another interface")]
@@ -67,6 +69,12 @@ pub enum ModelFault {
     Tensors,
     #[error("the network was made for another configuration")]
     Spec,
+    #[error("the network becomes too big, or how big cannot be told")]
+    Size,
+    #[error("the runtime refuses the network")]
+    Session,
+    #[error("the time for loading and testing the network was used up")]
+    Deadline,
     #[error("the self-test failed")]
     SelfTest,
     #[error("running the network failed")]
@@ -116,6 +124,14 @@ impl Error {
             other => other,
         }
     }
+}
+
+/// Room for `more` values in memory whose size a user's input decides; `what` names it.
+pub fn reserve<T>(list: &mut Vec<T>, more: usize, what: &str) -> Result<()> {
+    list.try_reserve(more).map_err(|_| {
+        let bytes = more.saturating_mul(size_of::<T>());
+        Error::Memory(format!("{what}: takes {bytes} bytes of memory, which the system does not give"))
+    })
 }
 
 /// Refuses a number that is not finite or not in `range`.

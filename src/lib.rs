@@ -3,7 +3,7 @@
 //! The map, in dependency order (`ARCHITECTURE.md` explains it; a test holds the code to it):
 //! `error` <- {`bounds`, `files`} <- `geom` <- `scene` <- `action` <- `vision` <- {`physics`, `grasp`, `motion`} <- `plan` <- {`eval`, `record`}
 //! <- {`datagen`, `ffi`}.
-//! `search` and `run` stand aside: they know only `error`.
+//! `search`, `run` and `host` stand aside: they know only `error` and each other.
 
 #![deny(unsafe_code)]
 
@@ -17,6 +17,7 @@ pub mod ffi;
 pub mod files;
 pub mod geom;
 pub mod grasp;
+pub mod host;
 pub mod motion;
 pub mod net;
 pub mod physics;

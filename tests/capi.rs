@@ -4,7 +4,7 @@ mod common;
 #[path = "common/onnx.rs"]
 mod onnx;
 
-use common::{Link, build, compiler, root, run, scratch};
+use common::{Link, build, compiler, output, root, run, scratch};
 
 #[test]
 fn it_behaves_as_promised() {
@@ -22,10 +22,120 @@ fn the_cpp_header_owns_throws_and_converts() {
     assert_eq!(text, "def.mass: is -1; it must lie in 1e-9 to 1000 kg (from a microgram to a tonne)\n");
 }
 
+/// Runs a program of `hosts.c`, which may print nothing to stderr.
+fn host(arguments: &[&str], variables: &[(&str, &str)]) {
+    host_at(&build(&["tests/capi/hosts.c"], "hosts", Link::Shared, &["-ldl"]), arguments, variables);
+}
+
+fn host_at(program: &std::path::Path, arguments: &[&str], variables: &[(&str, &str)]) {
+    let mut command = std::process::Command::new(program);
+    let output = output(command.args(arguments).envs(variables.iter().copied()), program);
+    let (text, said) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    let promised = text.ends_with(&format!("{}: as promised\n", arguments[0]));
+    assert!(output.status.success() && promised && said.is_empty(), "{arguments:?}: {}\n{text}\n{said}", output.status);
+}
+
+/// Whatever the rounding, flushing and traps of the host: the same plans, no signal, and the state as it was.
+#[test]
+fn plans_do_not_depend_on_the_hosts_floating_point_state_which_stays_as_it_is() {
+    host(&["floats"], &[]);
+}
+
+#[test]
+fn the_first_network_of_a_process_leaves_the_floating_point_state_as_it_was() {
+    if !onnx::runs() {
+        return;
+    }
+    let net = onnx::net("gc");
+    let library = onnx::library();
+    // The default, flushing, upwards: the runtime would set or clear what it likes.
+    for state in ["1f80", "9fc0", "5f80"] {
+        host(&["first-session", state, net.to_str().unwrap()], &[("ORT_DYLIB_PATH", &library)]);
+    }
+}
+
+#[test]
+fn a_library_that_is_no_runtime_is_refused_again_and_again_and_one_that_is_then_opened() {
+    let folder = scratch("runtimes");
+    let good = if onnx::runs() { onnx::library() } else { String::new() };
+    // Away from the checkout, whose runtime would be found: the library is in the program.
+    let away = std::env::temp_dir().join(format!("jostle-hosts-{}", std::process::id()));
+    std::fs::create_dir_all(&away).expect("a folder");
+    let program = away.join("hosts");
+    std::fs::copy(build(&["tests/capi/hosts.c"], "hosts", Link::Static, &[]), &program).expect("a copy");
+    for (name, source, says) in [
+        ("old", FAKE.replace("VERSION", "\"1.22.0\""), "is version 1.22.0; 1.24 or newer is needed"),
+        ("next", FAKE.replace("VERSION", "\"2.0.0\""), "is version 2.0.0; 1.24 or newer is needed"),
+        ("odd", FAKE.replace("VERSION", "\"\""), "1.24 or newer is needed"),
+        ("mute", FAKE.replace("VERSION", "0"), "does not say its version"),
+        ("hollow", FAKE.replace("VERSION", "\"1.30.0\""), "without the interface of 1.24"),
+        ("other", "int nothing;".into(), "is not ONNX Runtime (it has no OrtGetApiBase)"),
+    ] {
+        let (file, library) = (folder.join(name).with_extension("c"), folder.join(format!("lib{name}.so")));
+        std::fs::write(&file, source).expect("the source can be written");
+        let mut command = compiler(&file);
+        command.args(["-shared", "-fPIC", "-Wno-missing-prototypes", "-Wno-unused"]).arg(&file).arg("-o").arg(&library);
+        assert!(command.status().expect("the compiler runs").success());
+        let library = library.display().to_string();
+        let named = format!("{library}: {says}");
+        host_at(&program, &["no-runtime", &named, &good], &[("ORT_DYLIB_PATH", &library)]);
+    }
+    let text = folder.join("libtext.so");
+    std::fs::write(&text, "no library").expect("the file can be written");
+    let text = text.display().to_string();
+    let says = format!("{text}: cannot be loaded");
+    host_at(&program, &["no-runtime", &says, &good], &[("ORT_DYLIB_PATH", &text)]);
+    std::fs::remove_dir_all(&away).expect("the folder can be removed");
+}
+
+/// As much of ONNX Runtime as is asked for its version.
+const FAKE: &str = "
+static const char *version(void) { return VERSION; }
+static const void *api(unsigned number) { return (void)number, (const void *)0; }
+static const struct { const void *(*api)(unsigned); const char *(*version)(void); } base = {api, version};
+const void *OrtGetApiBase(void) { return &base; }
+";
+
+#[test]
+fn a_forked_child_gets_an_error_where_it_would_wait_for_ever() {
+    host(&["forks"], &[]);
+}
+
+#[test]
+fn memory_that_the_system_does_not_give_is_a_status_where_an_input_decides_how_much() {
+    host(&["memory"], &[]);
+}
+
+/// What docs/c-api.md says of the stack.
+#[test]
+fn a_calling_thread_needs_no_more_stack_than_the_documents_say() {
+    let page = std::fs::read_to_string(root().join("docs/c-api.md")).expect("the page");
+    let least = page.split(" KiB of stack").next().and_then(|before| before.rsplit(' ').next()).expect("a number");
+    let bytes = (least.parse::<usize>().expect("a number") << 10).to_string();
+    host(&["stack", &bytes], &[]);
+}
+
+#[test]
+fn locale_scheduling_unloading_and_a_second_copy_change_nothing() {
+    host(&["fifo"], &[]);
+    let folder = scratch("copies");
+    let (one, other) = (common::libraries().join("libjostle.so"), folder.join("libcopy.so"));
+    std::fs::copy(&one, &other).expect("the library can be copied");
+    host(&["copies", &one.display().to_string(), &other.display().to_string()], &[]);
+    // A locale with a decimal comma, made here.
+    let place = folder.join("de_DE.UTF-8");
+    let made = std::process::Command::new("localedef").args(["-i", "de_DE", "-f", "UTF-8"]).arg(&place).output();
+    if made.is_ok() && place.join("LC_NUMERIC").exists() {
+        host(&["locale", "de_DE.UTF-8"], &[("LOCPATH", folder.to_str().unwrap())]);
+    } else {
+        println!("skipped: no locale with a decimal comma can be made here");
+    }
+}
+
 /// Every spoilt file has its status; a good one is used for a plan.
 #[test]
 fn networks_are_refused_by_status_and_used_by_planners() {
-    use onnx::{bytes, net, with_dims, with_dtype, with_property};
+    use onnx::{bytes, net, with_dims, with_dtype, with_name, with_property, with_weight};
     let folder = scratch("models");
     let gc = bytes("gc");
     let half = gc[..gc.len() / 2].to_vec();
@@ -40,7 +150,7 @@ fn networks_are_refused_by_status_and_used_by_planners() {
         ("half", half, "JOSTLE_ERROR_MODEL_PARSE", "ends within a field"),
         ("text", b"no network".to_vec(), "JOSTLE_ERROR_MODEL_PARSE", "protocol buffer"),
     ];
-    let loaded: [(&str, Vec<u8>, &str, &str); 7] = [
+    let others: [(&str, Vec<u8>, &str, &str); 10] = [
         ("kind", with_property(&gc, "kind", None), "JOSTLE_ERROR_MODEL_KIND", "none"),
         ("interface", with_property(&gc, "interface", Some("9")), "JOSTLE_ERROR_MODEL_INTERFACE", "found `9`"),
         ("output", with_dims(&gc, "probability", &[0, 7]), "JOSTLE_ERROR_MODEL_IO_MISMATCH", "[batch, 7]"),
@@ -51,7 +161,12 @@ fn networks_are_refused_by_status_and_used_by_planners() {
             "JOSTLE_ERROR_MODEL_SELFTEST",
             "`probability`[0] = 7",
         ),
-        ("dtype", with_dtype(&gc, "image", 10), "JOSTLE_ERROR_MODEL_SESSION", "found"),
+        ("dtype", with_dtype(&gc, "image", 10), "JOSTLE_ERROR_MODEL_IO_MISMATCH", "float16"),
+        // An operator that nothing follows is as good as one that loops: neither is given to the runtime.
+        ("loop", with_name(&gc, "Relu", "Loop"), "JOSTLE_ERROR_MODEL_OPERATOR", "`Loop`, which controls the flow"),
+        ("external", with_weight(&gc, &[0x70, 1]), "JOSTLE_ERROR_MODEL_EXTERNAL", "in another file"),
+        // A dimension of 2^34 more than the weight has.
+        ("huge", with_weight(&gc, &[8, 128, 128, 128, 128, 64]), "JOSTLE_ERROR_MODEL_SIZE", "values in"),
         ("tensors", with_property(&gc, "kind", Some("gn")), "JOSTLE_ERROR_MODEL_IO_MISMATCH", "`quality`"),
     ];
     let runtime = jostle::net::Runtime::open(&Default::default()).ok().and_then(|r| r.info().file.clone());
@@ -68,7 +183,7 @@ fn networks_are_refused_by_status_and_used_by_planners() {
         }
         match &runtime {
             Some(file) => {
-                for (name, content, status, says) in &loaded {
+                for (name, content, status, says) in &others {
                     add(name, content, status, says);
                 }
                 command.arg("good").args([net("gc"), net("dipn")]).env("ORT_DYLIB_PATH", file);

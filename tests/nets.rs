@@ -157,9 +157,13 @@ fn a_failed_self_test_and_a_refused_graph_have_their_own_faults() {
     for odd in ["{}", r#"{"seed":1,"batch":100000}"#, r#"{"seed":1,"expected":{"what":[0]}}"#] {
         assert_eq!(fault(&load(&test(odd))), ModelFault::SelfTest, "{odd}");
     }
-    // An operator that no runtime has.
-    let error = load(&with_name(&gc, "GlobalAveragePool", "GlobalAveragePoor"));
+    // A version of the format that no runtime has.
+    assert_eq!(gc[..2], [8, 10], "the version comes first");
+    let error = load(&[&[8, 99], &gc[2..]].concat());
     assert_eq!(fault(&error), ModelFault::Session, "{error}");
+    // An operator that nobody has does not come so far.
+    let error = load(&with_name(&gc, "GlobalAveragePool", "GlobalAveragePoor"));
+    assert_eq!(fault(&error), ModelFault::Operator, "{error}");
     // Without a self-test the answers' shape is looked at.
     let quiet = Model::from_bytes("x.onnx", with_property(&gc, "selftest", None), None, &options).unwrap();
     assert_eq!(quiet.info().warnings.len(), 1);
@@ -269,6 +273,27 @@ fn an_item_has_the_same_bits_alone_in_any_batch_and_place_and_on_any_thread() {
         threads.into_iter().map(|t| t.join().unwrap()).collect::<Vec<_>>()
     });
     assert!(again.iter().all(|other| *other == all), "on another thread");
+}
+
+/// A sum over the items in place of the bodies: each answer depends on the others.
+#[test]
+fn a_network_whose_items_depend_on_each_other_is_refused_when_it_is_loaded() {
+    if !runs() {
+        return;
+    }
+    for name in ["dipn", "dipn_none"] {
+        let plain = with_property(&bytes(name), "selftest", None);
+        let options = LoadOptions::default();
+        Model::from_bytes("x.onnx", plain.clone(), None, &options).unwrap();
+        // The second constant that is 1: the axis of both sums (the first is that of `push`).
+        let one = [&[0x4a, 8, 1][..], &[0; 7]].concat();
+        let at = plain.windows(one.len()).enumerate().filter(|(_, w)| **w == one).map(|(at, _)| at).nth(1).unwrap();
+        let mut mixed = plain;
+        mixed[at + 2] = 0;
+        let error = Model::from_bytes("x.onnx", mixed, None, &options).map(drop).unwrap_err();
+        assert_eq!(fault(&error), ModelFault::SelfTest);
+        assert!(error.to_string().contains("the same bits for an item alone"), "{error}");
+    }
 }
 
 fn square() -> Shape {

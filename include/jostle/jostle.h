@@ -762,6 +762,18 @@ typedef int32_t jostle_effect;
 /// A network does not give what it gave where it was exported.
 #define JOSTLE_ERROR_MODEL_SELFTEST (-27)
 
+/// A network's weights are in another file; save it as one file.
+#define JOSTLE_ERROR_MODEL_EXTERNAL (-28)
+
+/// A network has an operator that is not taken: one that controls the flow, or whose results may have any size.
+#define JOSTLE_ERROR_MODEL_OPERATOR (-29)
+
+/// A network would need more memory or work than the limits in docs/networks.md allow, or how much cannot be told.
+#define JOSTLE_ERROR_MODEL_SIZE (-30)
+
+/// Loading and testing a network took longer than the limit in docs/networks.md.
+#define JOSTLE_ERROR_MODEL_DEADLINE (-31)
+
 /// A simple polygon, convex or not: `points`, in order round the outline, in either direction.
 #define JOSTLE_SHAPE_POLYGON 1
 
@@ -1595,8 +1607,9 @@ jostle_status jostle_model_options_init(struct jostle_model_options *options,
 /// Nullable: kind, options (all defaults).
 /// Owns: the caller owns *model and frees it with jostle_model_free; `options` is copied.
 /// Errors: ARGUMENT (null, an option: the message names it), HANDLE, NOT_FOUND (no such file, network, kind or backend), IO,
-/// MODEL_EMPTY, MODEL_TOO_BIG, MODEL_LFS_POINTER, MODEL_PARSE, MODEL_RUNTIME, MODEL_SESSION, MODEL_HASH, MODEL_KIND,
-/// MODEL_INTERFACE, MODEL_IO_MISMATCH, MODEL_SPEC_MISMATCH, MODEL_SELFTEST, UNSUPPORTED (device), MEMORY, ABI.
+/// MODEL_EMPTY, MODEL_TOO_BIG, MODEL_LFS_POINTER, MODEL_PARSE, MODEL_HASH, MODEL_EXTERNAL, MODEL_OPERATOR, MODEL_KIND,
+/// MODEL_INTERFACE, MODEL_IO_MISMATCH, MODEL_SPEC_MISMATCH, MODEL_SIZE, MODEL_RUNTIME, MODEL_SESSION, MODEL_SELFTEST,
+/// MODEL_DEADLINE, UNSUPPORTED (device), MEMORY, ABI.
 jostle_status jostle_model_load(const struct jostle_context *context,
                                 const char *name,
                                 const char *kind,
@@ -1789,7 +1802,7 @@ jostle_status jostle_planner_job_start(struct jostle_planner *planner,
 /// RT: yes.
 /// Nullable: state, progress.
 /// Owns: the caller; progress->struct_size says how much is written.
-/// Errors: ARGUMENT (progress not initialised), HANDLE.
+/// Errors: ARGUMENT (progress not initialised), HANDLE, STATE (it ran in the process that this one was forked from).
 jostle_status jostle_job_poll(const struct jostle_job *job,
                               jostle_job_state *state,
                               struct jostle_progress *progress);
@@ -1801,7 +1814,7 @@ jostle_status jostle_job_poll(const struct jostle_job *job,
 /// RT: no (it waits).
 /// Nullable: state.
 /// Owns: nothing.
-/// Errors: ARGUMENT (seconds negative or not a number), HANDLE.
+/// Errors: ARGUMENT (seconds negative or not a number), HANDLE, STATE (it ran in the process that this one was forked from).
 jostle_status jostle_job_wait(const struct jostle_job *job,
                               double seconds,
                               jostle_job_state *state);

@@ -4,7 +4,7 @@ use std::ffi::c_void;
 use std::sync::Arc;
 
 use super::abi::{Sized32, init_sized, out_handle, read_sized_or_default};
-use super::guard::{free, guard, install_hook};
+use super::guard::{free, guard};
 use super::handle::{Kind, Object};
 use super::log::{JOSTLE_LOG_ERROR, JOSTLE_LOG_WARNING, Log, jostle_log_callback};
 use super::status::{Failure, jostle_status};
@@ -92,7 +92,6 @@ pub unsafe extern "C" fn jostle_context_new(
     context: *mut *mut jostle_context,
 ) -> jostle_status {
     guard("jostle_context_new", |_| {
-        install_hook();
         // SAFETY: the caller promises valid pointers (header: Nullable, Owns).
         let (out, options) = unsafe { (out_handle(context, "context")?, read_sized_or_default(options, "options")?) };
         if options.threads > MAX_THREADS {

@@ -1,5 +1,5 @@
 //! What every function of the C API runs in: a panic becomes a status, a failure becomes the thread's last error and a
-//! log message, and nothing is printed.
+//! log message, nothing is printed, and the host's floating-point state is as it was.
 
 use std::any::Any;
 use std::cell::Cell;
@@ -9,6 +9,7 @@ use std::sync::{Arc, Mutex, MutexGuard, Once, RwLock, RwLockReadGuard, RwLockWri
 use super::handle::{self, Object, Pin};
 use super::log::{JOSTLE_LOG_ERROR, Log};
 use super::status::{Failure, JOSTLE_ERROR_PANIC, JOSTLE_OK, Outcome, jostle_status, set_last_error};
+use crate::host::Standard;
 
 /// Threads of the library are named so; panics on them are not printed.
 pub(super) const THREAD_PREFIX: &str = "jostle";
@@ -37,6 +38,10 @@ impl Drop for Depth {
 /// Rust program) go where they went before.
 pub(super) fn install_hook() {
     static ONCE: Once = Once::new();
+    // A thread that is panicking may not change the hook; the next call does.
+    if ONCE.is_completed() || std::thread::panicking() {
+        return;
+    }
     ONCE.call_once(|| {
         let previous = std::panic::take_hook();
         std::panic::set_hook(Box::new(move |info: &PanicHookInfo<'_>| {
@@ -68,6 +73,9 @@ impl Call {
 
 /// Runs the body of an API function.
 pub(super) fn guard(function: &'static str, body: impl FnOnce(&mut Call) -> Outcome) -> jostle_status {
+    install_hook();
+    // Plans do not depend on how the host rounds, and no operation traps within.
+    let standard = Standard::enter();
     let depth = Depth::enter();
     let mut call = Call { log: None };
     let result = catch_unwind(AssertUnwindSafe(|| body(&mut call)));
@@ -79,6 +87,7 @@ pub(super) fn guard(function: &'static str, body: impl FnOnce(&mut Call) -> Outc
     drop(depth);
     set_last_error(format_args!("{}", failure.message));
     if let Some(log) = call.log {
+        drop(standard);
         log.emit(JOSTLE_LOG_ERROR, function, &failure.message);
         // The callback may have called the API.
         set_last_error(format_args!("{}", failure.message));

@@ -15,6 +15,7 @@ use super::planner::{Planner, Request, Shared, jostle_planner, jostle_solve_opti
 use super::progress::jostle_progress;
 use super::scene::jostle_scene;
 use super::status::{Failure, JOSTLE_ERROR_PANIC, JOSTLE_ERROR_STATE, Outcome, jostle_status};
+use crate::host::{Home, Standard};
 use crate::run::{CancelToken, ProgressSnapshot};
 
 /// A decision that runs in the background, on a thread of its own. Opaque.
@@ -33,6 +34,8 @@ pub(super) struct Job {
     running: Arc<Running>,
     cancel: CancelToken,
     thread: Mutex<Option<JoinHandle<()>>>,
+    /// Where the thread lives.
+    home: Home,
 }
 
 #[derive(Default)]
@@ -81,7 +84,10 @@ impl Drop for Job {
     fn drop(&mut self) {
         self.cancel.trigger();
         let thread = self.thread.get_mut().unwrap_or_else(PoisonError::into_inner).take();
-        if let Some(thread) = thread {
+        if self.home.check("job").is_err() {
+            // A fork took no threads along: there is none to wait for.
+            std::mem::forget(thread);
+        } else if let Some(thread) = thread {
             // Freed from the job's own callback: it cannot wait for itself.
             if thread.thread().id() != std::thread::current().id() {
                 let _ = thread.join();
@@ -146,6 +152,7 @@ pub unsafe extern "C" fn jostle_planner_job_start(
         let thread = std::thread::Builder::new()
             .name(format!("{THREAD_PREFIX}-job"))
             .spawn(move || {
+                let _standard = Standard::enter();
                 run(&shared, &request, &its, &log, |outcome| {
                     let _ = ready.send(outcome);
                 });
@@ -158,6 +165,7 @@ pub unsafe extern "C" fn jostle_planner_job_start(
             running,
             cancel,
             thread: Mutex::new(Some(thread)),
+            home: Home::here(),
         };
         started.recv().unwrap_or_else(|_| Err(Failure::new(JOSTLE_ERROR_PANIC, "the job's thread ended early")))?;
         out.give(job)
@@ -170,7 +178,7 @@ pub unsafe extern "C" fn jostle_planner_job_start(
 /// RT: yes.
 /// Nullable: state, progress.
 /// Owns: the caller; progress->struct_size says how much is written.
-/// Errors: ARGUMENT (progress not initialised), HANDLE.
+/// Errors: ARGUMENT (progress not initialised), HANDLE, STATE (it ran in the process that this one was forked from).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn jostle_job_poll(
     job: *const jostle_job,
@@ -181,6 +189,9 @@ pub unsafe extern "C" fn jostle_job_poll(
         let job = call.open::<Job>(job, "job")?;
         // SAFETY: the caller promises writable places if they are not null.
         let state = if state.is_null() { None } else { Some(unsafe { out(state, "state") }?) };
+        if job.running.ended.get().is_none() {
+            job.home.check("job")?;
+        }
         let now = job.running.ended.get().copied().unwrap_or_else(|| job.planner.publisher.progress.snapshot());
         if !progress.is_null() {
             // SAFETY: the caller promises an initialised struct.
@@ -200,7 +211,7 @@ pub unsafe extern "C" fn jostle_job_poll(
 /// RT: no (it waits).
 /// Nullable: state.
 /// Owns: nothing.
-/// Errors: ARGUMENT (seconds negative or not a number), HANDLE.
+/// Errors: ARGUMENT (seconds negative or not a number), HANDLE, STATE (it ran in the process that this one was forked from).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn jostle_job_wait(
     job: *const jostle_job,
@@ -215,6 +226,9 @@ pub unsafe extern "C" fn jostle_job_wait(
             return Err(Failure::argument("seconds", format!("is {seconds}; it must be at least 0")));
         }
         let running = &job.running;
+        if running.ended.get().is_none() {
+            job.home.check("job")?;
+        }
         let result = running.result.lock().unwrap_or_else(PoisonError::into_inner);
         let ended = |_: &mut Answer| running.ended.get().is_none();
         match Duration::try_from_secs_f64(seconds) {

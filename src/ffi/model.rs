@@ -106,8 +106,9 @@ pub unsafe extern "C" fn jostle_model_options_init(options: *mut jostle_model_op
 /// Nullable: kind, options (all defaults).
 /// Owns: the caller owns *model and frees it with jostle_model_free; `options` is copied.
 /// Errors: ARGUMENT (null, an option: the message names it), HANDLE, NOT_FOUND (no such file, network, kind or backend), IO,
-/// MODEL_EMPTY, MODEL_TOO_BIG, MODEL_LFS_POINTER, MODEL_PARSE, MODEL_RUNTIME, MODEL_SESSION, MODEL_HASH, MODEL_KIND,
-/// MODEL_INTERFACE, MODEL_IO_MISMATCH, MODEL_SPEC_MISMATCH, MODEL_SELFTEST, UNSUPPORTED (device), MEMORY, ABI.
+/// MODEL_EMPTY, MODEL_TOO_BIG, MODEL_LFS_POINTER, MODEL_PARSE, MODEL_HASH, MODEL_EXTERNAL, MODEL_OPERATOR, MODEL_KIND,
+/// MODEL_INTERFACE, MODEL_IO_MISMATCH, MODEL_SPEC_MISMATCH, MODEL_SIZE, MODEL_RUNTIME, MODEL_SESSION, MODEL_SELFTEST,
+/// MODEL_DEADLINE, UNSUPPORTED (device), MEMORY, ABI.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn jostle_model_load(
     context: *const jostle_context,

@@ -65,6 +65,14 @@ pub const JOSTLE_ERROR_MODEL_IO_MISMATCH: jostle_status = -25;
 pub const JOSTLE_ERROR_MODEL_SPEC_MISMATCH: jostle_status = -26;
 /// A network does not give what it gave where it was exported.
 pub const JOSTLE_ERROR_MODEL_SELFTEST: jostle_status = -27;
+/// A network's weights are in another file; save it as one file.
+pub const JOSTLE_ERROR_MODEL_EXTERNAL: jostle_status = -28;
+/// A network has an operator that is not taken: one that controls the flow, or whose results may have any size.
+pub const JOSTLE_ERROR_MODEL_OPERATOR: jostle_status = -29;
+/// A network would need more memory or work than the limits in docs/networks.md allow, or how much cannot be told.
+pub const JOSTLE_ERROR_MODEL_SIZE: jostle_status = -30;
+/// Loading and testing a network took longer than the limit in docs/networks.md.
+pub const JOSTLE_ERROR_MODEL_DEADLINE: jostle_status = -31;
 
 /// Why a call failed.
 #[derive(Debug)]
@@ -125,6 +133,10 @@ impl From<Error> for Failure {
                 ModelFault::Spec => JOSTLE_ERROR_MODEL_SPEC_MISMATCH,
                 ModelFault::SelfTest => JOSTLE_ERROR_MODEL_SELFTEST,
                 ModelFault::Run => JOSTLE_ERROR_MODEL,
+                ModelFault::External => JOSTLE_ERROR_MODEL_EXTERNAL,
+                ModelFault::Operator => JOSTLE_ERROR_MODEL_OPERATOR,
+                ModelFault::Size => JOSTLE_ERROR_MODEL_SIZE,
+                ModelFault::Deadline => JOSTLE_ERROR_MODEL_DEADLINE,
             },
             Error::Internal(_) => JOSTLE_ERROR_PANIC,
         };
@@ -226,6 +238,10 @@ pub extern "C" fn jostle_status_name(status: jostle_status) -> *const c_char {
         JOSTLE_ERROR_MODEL_IO_MISMATCH => c"JOSTLE_ERROR_MODEL_IO_MISMATCH",
         JOSTLE_ERROR_MODEL_SPEC_MISMATCH => c"JOSTLE_ERROR_MODEL_SPEC_MISMATCH",
         JOSTLE_ERROR_MODEL_SELFTEST => c"JOSTLE_ERROR_MODEL_SELFTEST",
+        JOSTLE_ERROR_MODEL_EXTERNAL => c"JOSTLE_ERROR_MODEL_EXTERNAL",
+        JOSTLE_ERROR_MODEL_OPERATOR => c"JOSTLE_ERROR_MODEL_OPERATOR",
+        JOSTLE_ERROR_MODEL_SIZE => c"JOSTLE_ERROR_MODEL_SIZE",
+        JOSTLE_ERROR_MODEL_DEADLINE => c"JOSTLE_ERROR_MODEL_DEADLINE",
         _ => c"unknown status",
     };
     name.as_ptr()
@@ -254,7 +270,7 @@ mod tests {
     #[test]
     fn every_error_has_a_status_and_every_status_a_name() {
         assert_eq!(Failure::from(Error::argument("a", "b")).message, "a: b");
-        for status in -27..=0 {
+        for status in -31..=0 {
             // SAFETY: the names are literals.
             let name = unsafe { CStr::from_ptr(jostle_status_name(status)) };
             assert!(name.to_str().unwrap().starts_with("JOSTLE_"), "{status}");

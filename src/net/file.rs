@@ -1,39 +1,46 @@
 //! The checks of a network's file, in their order, each with its own [`ModelFault`].
 //!
 //! 1. the file: there, not empty, not too big, no Git LFS pointer, ONNX;
-//! 2. a runtime (`runtime`); 3. the runtime accepts the network (`model`);
-//! 4. the SHA-256, where one is known;
-//! 5. kind and interface;
-//! 6. inputs and outputs by name: element type, rank, every dimension;
-//! 7. the settings it was made for;
-//! 8. the self-test (`self_test`).
+//! 2. the SHA-256, where one is known;
+//! 3. the weights are in the file, and the operators are those that are taken (`sizes`);
+//! 4. kind and interface;
+//! 5. inputs and outputs by name: element type, rank, every dimension;
+//! 6. the settings it was made for;
+//! 7. how big it becomes in the greatest call (`sizes`);
+//! 8. a runtime (`runtime`); 9. the runtime accepts the network (`model`);
+//! 10. the self-test (`self_test`).
 //!
-//! Only 2, 3 and 8 need a runtime: [`inspect`] makes the others without.
+//! A network is code from outside: no runtime sees a file that has not passed the first seven, which [`inspect`] makes alone.
 
 use std::io::Read;
 use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
+use super::graph::Graph;
 use super::info::{ModelInfo, check_configuration, read_spec};
 use super::kind::{Axis, Interface, Kind, TensorSpec};
 use super::model::LoadOptions;
 use super::onnx::{Dim, FLOAT, OnnxInfo, TensorInfo};
+use super::sizes;
 use crate::error::{Error, ModelFault, Result};
+use crate::scene::MAX_SIMULATED;
 
 /// Greatest size of a file. torchvision's Mask R-CNN, the biggest network that has an interface here, has 176 MB.
 pub const MAX_BYTES: u64 = 512 << 20;
 /// `TensorProto.DataType` of 64-bit integers.
 const INT64: i32 = 7;
+const WANTED: &str = "a network in ONNX format";
+/// Side of a picture for which a network is tried that leaves it open.
+pub(super) const BLANK: u64 = 64;
 const LFS: &[u8] = b"version https://git-lfs";
 
 /// Check 1, as far as it needs the file system.
 pub fn read(path: &Path) -> Result<Vec<u8>> {
-    let wanted = "a network in ONNX format";
     let file = match std::fs::File::open(path) {
         Ok(file) => file,
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-            return Err(Error::model(path, ModelFault::Missing, wanted, "nothing"));
+            return Err(Error::model(path, ModelFault::Missing, WANTED, "nothing"));
         }
         Err(error) => return Err(Error::io(path, error)),
     };
@@ -47,15 +54,21 @@ pub fn read(path: &Path) -> Result<Vec<u8>> {
     }
     let mut bytes = Vec::new();
     // What grows while it is read, or has no size, is bounded as well.
-    file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(|e| Error::io(path, e))?;
+    file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(|e| match e.kind() {
+        std::io::ErrorKind::OutOfMemory => Error::Memory(format!(
+            "{}: takes {} bytes of memory, which the system does not give",
+            path.display(),
+            size.len()
+        )),
+        _ => Error::io(path, e),
+    })?;
     Ok(bytes)
 }
 
 /// Check 1: what the bytes are.
 pub fn check_bytes(path: &Path, bytes: &[u8]) -> Result<OnnxInfo> {
-    let wanted = "a network in ONNX format";
     if bytes.is_empty() {
-        return Err(Error::model(path, ModelFault::Empty, wanted, "0 bytes"));
+        return Err(Error::model(path, ModelFault::Empty, WANTED, "0 bytes"));
     }
     if bytes.len() as u64 > MAX_BYTES {
         let (most, found) = (format!("at most {MAX_BYTES} bytes"), format!("{} bytes", bytes.len()));
@@ -63,9 +76,9 @@ pub fn check_bytes(path: &Path, bytes: &[u8]) -> Result<OnnxInfo> {
     }
     if bytes.starts_with(LFS) {
         let found = format!("a pointer of {} bytes; fetch the file with `git lfs pull`", bytes.len());
-        return Err(Error::model(path, ModelFault::LfsPointer, wanted, found));
+        return Err(Error::model(path, ModelFault::LfsPointer, WANTED, found));
     }
-    OnnxInfo::read(bytes).map_err(|error| Error::model(path, ModelFault::NotOnnx, wanted, error))
+    OnnxInfo::read(bytes).map_err(|error| Error::model(path, ModelFault::NotOnnx, WANTED, error))
 }
 
 /// The SHA-256 in hexadecimal digits.
@@ -73,7 +86,7 @@ pub fn sha256(bytes: &[u8]) -> String {
     Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Checks 4 to 7.
+/// Checks 2 to 7.
 pub(super) fn check(
     path: &Path,
     bytes: &[u8],
@@ -85,9 +98,12 @@ pub(super) fn check(
     if let Some(wanted) = options.sha256.as_ref().filter(|wanted| !wanted.eq_ignore_ascii_case(&sha256)) {
         return Err(Error::model(path, ModelFault::Hash, wanted, sha256));
     }
+    let graph = Graph::read(bytes).map_err(|error| Error::model(path, ModelFault::NotOnnx, WANTED, error))?;
+    sizes::check_operators(path, &graph)?;
     let interface = check_interface(path, &onnx, kind)?;
     let side = check_tensors(path, &onnx, interface)?;
     let spec = read_spec(path, interface.kind, &onnx, side)?;
+    sizes::check_sizes(path, &graph, &greatest_call(&onnx, interface, side))?;
     let mut info = ModelInfo {
         path: path.to_path_buf(),
         bytes: bytes.len(),
@@ -106,6 +122,25 @@ pub(super) fn check(
     Ok(info)
 }
 
+/// The inputs' sizes in the greatest call there is. Pictures of any size are looked at again in every call.
+fn greatest_call<'a>(onnx: &'a OnnxInfo, interface: &Interface, side: Option<usize>) -> Vec<(&'a str, Vec<u64>)> {
+    let side = side.unwrap_or(0) as u64;
+    let extent = |(axis, dim): (&Axis, &Dim)| match (axis, dim) {
+        (_, Dim::Fixed(n)) => *n,
+        (Axis::Batch, _) => interface.chunk as u64,
+        (Axis::Objects, _) => MAX_SIMULATED as u64,
+        (Axis::Fixed(n), _) => *n as u64,
+        (Axis::Side, _) => side,
+        (Axis::HalfSide, _) => side / 2,
+        (Axis::Found | Axis::Free, _) => BLANK,
+    };
+    let dims = |input: &TensorInfo| {
+        let spec = interface.inputs.iter().find(|spec| spec.name == input.name)?;
+        Some(spec.axes.iter().zip(input.dims.as_ref()?).map(extent).collect())
+    };
+    onnx.inputs.iter().map(|input| (input.name.as_str(), dims(input).unwrap_or_default())).collect()
+}
+
 /// All checks that need no runtime.
 pub fn inspect(path: &Path, kind: Option<Kind>, options: &LoadOptions) -> Result<ModelInfo> {
     inspect_bytes(path, &read(path)?, kind, options)
@@ -117,14 +152,13 @@ pub fn inspect_bytes(path: &Path, bytes: &[u8], kind: Option<Kind>, options: &Lo
     check(path, bytes, onnx, kind, options)
 }
 
-/// The interface that a file says it has, if there is such a one. Checks nothing.
-pub(super) fn interface(onnx: &OnnxInfo) -> Option<&'static Interface> {
-    let kind = Kind::by_name(onnx.metadata.get("kind")?).ok()?;
-    let number = onnx.metadata.get("interface")?.trim();
-    kind.interfaces().find(|interface| interface.number.to_string() == number)
+/// Check 7 for a call with inputs of these sizes.
+pub(super) fn check_call(path: &Path, bytes: &[u8], inputs: &[(&str, Vec<u64>)]) -> Result<()> {
+    let graph = Graph::read(bytes).map_err(|error| Error::model(path, ModelFault::NotOnnx, WANTED, error))?;
+    sizes::check_sizes(path, &graph, inputs)
 }
 
-/// Check 5.
+/// Check 4.
 fn check_interface(path: &Path, onnx: &OnnxInfo, wanted: Option<Kind>) -> Result<&'static Interface> {
     let known: Vec<_> = Kind::ALL.iter().map(|kind| kind.id()).collect();
     let Some(name) = onnx.metadata.get("kind") else {
@@ -146,10 +180,12 @@ fn check_interface(path: &Path, onnx: &OnnxInfo, wanted: Option<Kind>) -> Result
     let Some(number) = onnx.metadata.get("interface") else {
         return Err(Error::model(path, ModelFault::Interface, expected, "no metadata `interface`"));
     };
-    interface(onnx).ok_or_else(|| Error::model(path, ModelFault::Interface, expected, format!("`{number}`")))
+    kind.interfaces()
+        .find(|interface| interface.number.to_string() == number.trim())
+        .ok_or_else(|| Error::model(path, ModelFault::Interface, expected, format!("`{number}`")))
 }
 
-/// Check 6. Gives the side of images.
+/// Check 5. Gives the side of images.
 fn check_tensors(path: &Path, onnx: &OnnxInfo, interface: &Interface) -> Result<Option<usize>> {
     let mut side = None;
     check_list(path, "an input", &onnx.inputs, interface.inputs, &mut side)?;

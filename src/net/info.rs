@@ -106,7 +106,7 @@ pub struct Configuration {
     pub tolerate: bool,
 }
 
-/// Check 7: the settings that a file names fit its kind and tensors.
+/// Check 6: the settings that a file names fit its kind and tensors.
 pub(super) fn read_spec(path: &Path, kind: Kind, onnx: &OnnxInfo, side: Option<usize>) -> Result<ModelSpec> {
     let wrong = |expected: String, found: String| Error::model(path, ModelFault::Spec, expected, found);
     let property = |key: &str| onnx.metadata.get(key).map(String::as_str).filter(|text| !text.is_empty());
@@ -169,7 +169,7 @@ pub(super) fn read_spec(path: &Path, kind: Kind, onnx: &OnnxInfo, side: Option<u
     Ok(spec)
 }
 
-/// Check 7, second part: the settings are those that the user has.
+/// Check 6, second part: the settings are those that the user has.
 pub(super) fn check_configuration(info: &mut ModelInfo, wanted: &Configuration) -> Result<()> {
     let mut faults: Vec<(String, String)> = Vec::new();
     if let (Some(wanted), Some(found)) = (&wanted.gripper, info.gripper())

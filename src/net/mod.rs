@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `kind` | [`Kind`], [`Interface`]: which tensors a network of a kind has |
 //! | `onnx` | [`OnnxInfo`]: what a file says of itself, read without a runtime |
+//! | `graph`, `sizes` | its operators, and how big they make it, told before a runtime sees it |
 //! | `info` | [`ModelInfo`], [`ModelSpec`]: the settings that a network was made for; [`Configuration`]: those wanted |
 //! | `file` | the checks of a file, in their order |
 //! | `self_test` | the last of them |
@@ -20,6 +21,7 @@
 mod builtin;
 mod dipn;
 mod file;
+mod graph;
 mod images;
 mod info;
 mod kind;
@@ -30,6 +32,7 @@ mod ppn;
 mod runtime;
 mod segmentation;
 mod self_test;
+mod sizes;
 mod watch;
 
 pub use builtin::{BUILTINS, Builtin};

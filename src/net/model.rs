@@ -2,22 +2,30 @@
 
 use std::borrow::Cow;
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 use ort::ep::{self, ExecutionProvider};
 use ort::logging::LogLevel;
-use ort::session::builder::GraphOptimizationLevel;
+use ort::session::builder::{GraphOptimizationLevel, SessionBuilder};
 use ort::session::{RunOptions, Session, SessionInputValue};
 use ort::value::TensorRef;
 
 use super::file;
 use super::info::{Configuration, ModelInfo};
-use super::kind::{Axis, Kind, TensorSpec};
-use super::onnx::{self, OnnxInfo};
+use super::kind::{Axis, Interface, Kind, TensorSpec};
+use super::onnx;
 use super::runtime::{Backend, Runtime, RuntimeInfo, RuntimeOptions};
 use super::watch::{WORTH_WATCHING, watched};
 use crate::error::{Error, ModelFault, Result};
-use crate::run::Stop;
+use crate::host::{Home, Standard};
+use crate::run::{Budget, Stop, within};
+use crate::scene::MAX_SIMULATED;
+
+/// Longest time that a runtime may take to accept a network, and again to run its self-test. The biggest networks take a
+/// few seconds.
+const LONGEST: Duration = Duration::from_secs(60);
 
 /// Where a network runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -79,6 +87,8 @@ struct Shared {
     device: Device,
     threads: usize,
     idle: Mutex<Vec<Worker>>,
+    /// Where the threads of sessions live, if they have any.
+    home: Home,
 }
 
 /// A session with the memory that fills up an incomplete chunk.
@@ -159,21 +169,35 @@ impl Model {
     ) -> Result<Model> {
         let (path, bytes) = (path.as_ref(), bytes.into());
         let onnx = file::check_bytes(path, &bytes)?;
+        // Before a runtime sees it.
+        let info = file::check(path, &bytes, onnx, kind, options)?;
         if options.threads == 0 || options.threads > 1024 {
             return Err(Error::argument("threads", format!("is {}; it must lie in 1..=1024", options.threads)));
         }
         let runtime = Runtime::open(&options.runtime)?;
-        let fixed = with_fixed_batch(&bytes, &onnx, runtime);
-        let session = session(path, fixed.as_deref().unwrap_or(&bytes), runtime, options.device, options.threads)?;
-        let info = file::check(path, &bytes, onnx, kind, options)?;
+        let fixed = with_fixed_batch(&bytes, info.interface, runtime);
+        let content = fixed.as_deref().unwrap_or(&bytes);
+        let builder = builder(path, runtime, options.device, options.threads)?;
+        let canceler = builder.canceler();
+        let session = in_time(path, || drop(canceler.cancel()), || commit(path, builder, content, runtime))?;
         let bytes = fixed.map_or(bytes, Cow::Owned);
         let worker = Worker { session, filled: Vec::new(), usual: Usual::default() };
         let (device, threads) = (options.device, options.threads);
         let model = Model {
-            shared: Arc::new(Shared { info, bytes, runtime, device, threads, idle: Mutex::new(vec![worker]) }),
+            shared: Arc::new(Shared {
+                info,
+                bytes,
+                runtime,
+                device,
+                threads,
+                idle: Mutex::new(vec![worker]),
+                home: Home::here(),
+            }),
         };
         if options.self_test {
-            super::self_test::run(&model)?;
+            let stop = Budget::seconds(LONGEST.as_secs_f64()).start(&[]);
+            super::self_test::run(&model, &stop)
+                .map_err(|error| if stop.requested() { too_late(path) } else { error })?;
         }
         Ok(model)
     }
@@ -193,6 +217,11 @@ impl Model {
             return Ok(());
         }
         Err(Error::model(&self.info().path, ModelFault::Kind, kind, self.info().kind))
+    }
+
+    /// Same input, same bits.
+    pub(super) fn repeats_bits(&self) -> bool {
+        self.shared.device == Device::Cpu
     }
 
     /// Whether the file has this input.
@@ -219,6 +248,12 @@ impl Model {
         let interface = self.info().interface;
         if inputs.len() != interface.inputs.len() || outputs.len() != interface.outputs.len() {
             return Err(Error::Internal("a network was called with another number of tensors".into()));
+        }
+        if self.shared.threads > 1 {
+            self.shared.home.check("network")?;
+        }
+        if objects > MAX_SIMULATED {
+            return Err(Error::argument("objects", format!("is {objects}; networks run for at most {MAX_SIMULATED}")));
         }
         for (spec, input) in interface.inputs.iter().zip(inputs) {
             let wanted = items * self.stride(spec, objects);
@@ -306,10 +341,17 @@ impl Model {
         Ok(())
     }
 
-    /// Runs one call with shapes of the caller's.
-    pub(super) fn run_free(&self, tensors: &[(&'static str, Vec<i64>, &[f32])]) -> Result<RawOutputs> {
+    /// Runs one call with shapes of the caller's, for which the network's sizes are looked at again.
+    pub(super) fn run_free(
+        &self,
+        tensors: &[(&'static str, Vec<i64>, &[f32])],
+        stop: Option<&Stop>,
+    ) -> Result<RawOutputs> {
+        let sizes: Vec<(&str, Vec<u64>)> =
+            tensors.iter().map(|(name, shape, _)| (*name, shape.iter().map(|n| n.unsigned_abs()).collect())).collect();
+        file::check_call(&self.info().path, &self.shared.bytes, &sizes)?;
         let mut worker = self.worker()?;
-        let results = self.run_session(&mut worker.session, tensors, None);
+        let results = self.run_session(&mut worker.session, tensors, stop);
         self.give_back(worker);
         results
     }
@@ -321,6 +363,8 @@ impl Model {
         tensors: &[(&'static str, Vec<i64>, &[f32])],
         watch: Option<&Stop>,
     ) -> Result<RawOutputs> {
+        // The runtime changes the thread's state, and its results follow it.
+        let _standard = Standard::enter();
         let path = &self.info().path;
         let failed = |error: ort::Error| Error::model(path, ModelFault::Run, "a result", error.message());
         let mut values: Vec<(&str, SessionInputValue<'_>)> = Vec::with_capacity(tensors.len());
@@ -370,7 +414,7 @@ impl Model {
     }
 
     /// Values of one item.
-    fn stride(&self, spec: &TensorSpec, objects: usize) -> usize {
+    pub(super) fn stride(&self, spec: &TensorSpec, objects: usize) -> usize {
         spec.axes.iter().filter(|axis| **axis != Axis::Batch).map(|axis| self.extent(*axis, objects)).product()
     }
 
@@ -391,7 +435,9 @@ impl Model {
         if let Some(worker) = shared.idle.lock().unwrap_or_else(PoisonError::into_inner).pop() {
             return Ok(worker);
         }
-        let session = session(&shared.info.path, &shared.bytes, shared.runtime, shared.device, shared.threads)?;
+        let path = &shared.info.path;
+        let builder = builder(path, shared.runtime, shared.device, shared.threads)?;
+        let session = commit(path, builder, &shared.bytes, shared.runtime)?;
         Ok(Worker { session, filled: Vec::new(), usual: Usual::default() })
     }
 
@@ -402,11 +448,35 @@ impl Model {
 
 /// For the embedded backend: the file with the batch that every call has. It chooses its kernels when it loads, and the
 /// good ones only where it knows the shapes. ONNX Runtime looks at the shapes of a call.
-fn with_fixed_batch(bytes: &[u8], onnx: &OnnxInfo, runtime: &Runtime) -> Option<Vec<u8>> {
+fn with_fixed_batch(bytes: &[u8], interface: &Interface, runtime: &Runtime) -> Option<Vec<u8>> {
     if runtime.info().backend != Backend::Tract {
         return None;
     }
-    onnx::with_batch(bytes, file::interface(onnx)?.chunk as u64).ok()
+    onnx::with_batch(bytes, interface.chunk as u64).ok()
+}
+
+/// Does a part of loading a network; what lasts longer than it may is told to end, and then is a fault of its own.
+fn in_time<R>(path: &Path, stop: impl FnOnce() + Send, work: impl FnOnce() -> Result<R>) -> Result<R> {
+    let late = AtomicBool::new(false);
+    let end = || {
+        late.store(true, Ordering::Relaxed);
+        stop();
+    };
+    let result = within(LONGEST, end, work)?;
+    if result.is_err() && late.load(Ordering::Relaxed) {
+        return Err(too_late(path));
+    }
+    result
+}
+
+fn too_late(path: &Path) -> Error {
+    let expected = format!("an end within {} s", LONGEST.as_secs());
+    Error::model(path, ModelFault::Deadline, expected, "a network that was still at work")
+}
+
+fn refused(path: &Path, runtime: &Runtime, error: &ort::Error) -> Error {
+    let expected = format!("a network that {} accepts", runtime.info());
+    Error::model(path, ModelFault::Session, expected, error.message())
 }
 
 fn interrupted() -> Error {
@@ -414,11 +484,16 @@ fn interrupted() -> Error {
 }
 
 /// A session of the runtime.
-fn session(path: &Path, bytes: &[u8], runtime: &Runtime, device: Device, threads: usize) -> Result<Session> {
-    let refused = |error: &ort::Error| {
-        Error::model(path, ModelFault::Session, format!("a network that {} accepts", runtime.info()), error.message())
-    };
-    let mut builder = Session::builder(runtime.environment()).map_err(|e| refused(&e))?;
+fn commit(path: &Path, mut builder: SessionBuilder, bytes: &[u8], runtime: &Runtime) -> Result<Session> {
+    // The first session of a process sets the thread's floating-point state.
+    let _standard = Standard::enter();
+    builder.commit_from_memory(bytes).map_err(|e| refused(path, runtime, &e))
+}
+
+/// The settings of a session.
+fn builder(path: &Path, runtime: &Runtime, device: Device, threads: usize) -> Result<SessionBuilder> {
+    let _standard = Standard::enter();
+    let mut builder = Session::builder(runtime.environment()).map_err(|e| refused(path, runtime, &e))?;
     // A backend that does not know a setting goes without it.
     // ONNX Runtime optimises unasked; the embedded backend only where it is asked to.
     builder = builder.with_optimization_level(GraphOptimizationLevel::All).unwrap_or_else(|e| e.recover());
@@ -440,7 +515,7 @@ fn session(path: &Path, bytes: &[u8], runtime: &Runtime, device: Device, threads
             .with_execution_providers([provider])
             .map_err(|e| Error::Unsupported(format!("device: CUDA device {number} cannot be used: {}", e.message())))?;
     }
-    builder.commit_from_memory(bytes).map_err(|e| refused(&e))
+    Ok(builder)
 }
 
 #[cfg(test)]

@@ -98,16 +98,16 @@ pub enum NotOnnx {
     OtherProtocol,
 }
 
-type Read<T> = Result<T, NotOnnx>;
+pub(super) type Read<T> = Result<T, NotOnnx>;
 
 /// A field's value.
-enum Value<'a> {
+pub(super) enum Value<'a> {
     Number(u64),
     Bytes(&'a [u8], usize),
 }
 
 /// Steps over the fields of one message.
-struct Fields<'a> {
+pub(super) struct Fields<'a> {
     bytes: &'a [u8],
     at: usize,
     /// Where the message begins within the file.
@@ -115,11 +115,16 @@ struct Fields<'a> {
 }
 
 impl<'a> Fields<'a> {
-    fn new(bytes: &'a [u8], base: usize) -> Self {
+    pub fn new(bytes: &'a [u8], base: usize) -> Self {
         Self { bytes, at: 0, base }
     }
 
-    fn varint(&mut self) -> Read<u64> {
+    /// Whether all was read.
+    pub fn ended(&self) -> bool {
+        self.at == self.bytes.len()
+    }
+
+    pub fn varint(&mut self) -> Read<u64> {
         let begin = self.at;
         let mut value = 0_u64;
         for shift in (0..64).step_by(7) {
@@ -144,7 +149,7 @@ impl<'a> Fields<'a> {
     }
 
     /// The next field's number and value.
-    fn next(&mut self) -> Read<Option<(u64, Value<'a>)>> {
+    pub fn next(&mut self) -> Read<Option<(u64, Value<'a>)>> {
         let begin = self.at;
         if begin == self.bytes.len() {
             return Ok(None);
@@ -162,14 +167,15 @@ impl<'a> Fields<'a> {
             5 => Value::Bytes(self.take(4, begin)?, 0),
             _ => return Err(NotOnnx::Malformed(self.base + begin)),
         };
-        if number == 0 {
+        // Field numbers have 29 bits; what is longer other readers cut to fit.
+        if number == 0 || number >= 1 << 29 {
             return Err(NotOnnx::Malformed(self.base + begin));
         }
         Ok(Some((number, value)))
     }
 }
 
-fn text(bytes: &[u8]) -> String {
+pub(super) fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 

@@ -1,16 +1,16 @@
 //! Finds what runs networks: ONNX Runtime, looked for when it is first needed, or the embedded backend.
 //!
-//! One process has one runtime: the first that was opened. Nothing is linked, nothing is downloaded, and a machine without
+//! One process has one runtime: the first that could be opened; a library that cannot be used is passed over, now and later. Nothing is linked, nothing is downloaded, and a machine without
 //! it gets an error that says where it was looked for.
 
 use std::fmt::Write;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use ort::environment::{Environment, EnvironmentBuilder};
 
 use crate::error::{Error, Result};
+use crate::host;
 
 /// The oldest ONNX Runtime that has the interface asked for.
 pub const OLDEST: &str = "1.24";
@@ -20,6 +20,8 @@ const SYSTEM_NAME: &str = "libonnxruntime.so.1";
 const PROJECT_FOLDER: &str = "third_party/onnxruntime/lib";
 /// The variable that names the library, as other users of ONNX Runtime have it.
 const VARIABLE: &str = "ORT_DYLIB_PATH";
+/// The origin of a name that the system's search path is asked for.
+const SYSTEM: &str = "the system's libraries";
 
 /// What computes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -99,9 +101,7 @@ impl Runtime {
             runtime.suits(options)?;
             return Ok(runtime);
         }
-        let opened = catch_unwind(AssertUnwindSafe(|| open(options)));
-        let runtime =
-            opened.map_err(|_| Error::Runtime("the runtime's library broke while it was opened".into()))??;
+        let runtime = open(options)?;
         Ok(RUNTIME.get_or_init(|| runtime))
     }
 
@@ -198,7 +198,7 @@ fn candidates(options: &RuntimeOptions) -> Vec<Candidate> {
     if let Some(path) = std::env::var_os(VARIABLE).filter(|path| !path.is_empty()) {
         add(VARIABLE, path.into());
     }
-    let own = own_library();
+    let own = host::own_file();
     let program = std::env::current_exe().ok();
     for (origin, file) in [("beside jostle's library", &own), ("beside the program", &program)] {
         let Some(folder) = file.as_deref().and_then(Path::parent) else { continue };
@@ -216,37 +216,24 @@ fn candidates(options: &RuntimeOptions) -> Vec<Candidate> {
         }
     }
     found.dedup_by(|a, b| a.path == b.path);
-    // A bare name is looked up relative to the program first, which needs to know where that is.
-    if std::env::current_exe().is_ok() {
-        found.push(Candidate { origin: "the system's libraries", path: SYSTEM_NAME.into() });
-    }
+    found.push(Candidate { origin: SYSTEM, path: SYSTEM_NAME.into() });
     found
 }
 
 fn open_library(candidate: &Candidate) -> std::result::Result<Runtime, String> {
     let path = &candidate.path;
     // A path without a folder would be looked for in the system's.
-    let bare = path.components().count() == 1 && candidate.origin == "the system's libraries";
+    let bare = path.components().count() == 1 && candidate.origin == SYSTEM;
     let path = if bare { path.clone() } else { std::path::absolute(path).map_err(|e| e.to_string())? };
     if !bare && !path.is_file() {
         return Err("there is no such file".into());
     }
-    let builder = ort::init_from(&path).map_err(|error| match error {
-        ort::LoadDynamicError::Dlopen { error, .. } => match std::error::Error::source(&error) {
-            Some(source) => source.to_string(),
-            None => error.to_string(),
-        },
-        ort::LoadDynamicError::MissingApi { .. } => "is not ONNX Runtime (it has no OrtGetApiBase)".into(),
-        ort::LoadDynamicError::BadVersion { version_str, .. } => {
-            format!("is version {version_str}; {OLDEST} or newer is needed")
-        }
-        other => other.to_string(),
-    })?;
+    let _standard = host::Standard::enter();
+    let found = host::probe(&path, ort::MINOR_VERSION)?;
+    let builder = ort::init_from(&found.file).map_err(|error| error.to_string())?;
     let environment = environment(builder)?;
     let build = ort::info().to_string();
-    let file = if bare { mapped("libonnxruntime").unwrap_or(path) } else { path };
-    let version = version(&file, &build);
-    let info = RuntimeInfo { backend: Backend::OnnxRuntime, version, file: Some(file), build };
+    let info = RuntimeInfo { backend: Backend::OnnxRuntime, version: found.version, file: Some(found.file), build };
     Ok(Runtime { info, environment })
 }
 
@@ -278,63 +265,9 @@ fn environment(builder: EnvironmentBuilder) -> std::result::Result<Environment, 
     builder.build().map_err(|error| error.message().to_string())
 }
 
-/// From the real file's name (`libonnxruntime.so.1.32.0`), or from what the library says of its branch.
-fn version(file: &Path, build: &str) -> String {
-    let real = file.canonicalize().unwrap_or_else(|_| file.to_path_buf());
-    let name = real.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-    if let Some((_, version)) = name.rsplit_once(".so.").filter(|(_, v)| v.contains('.')) {
-        return version.to_string();
-    }
-    let branch = build.split("git-branch=").nth(1).and_then(|rest| rest.split([',', ' ']).next());
-    match branch.map(|b| b.trim_start_matches("rel-")) {
-        Some(version) if version.starts_with(|c: char| c.is_ascii_digit()) => version.to_string(),
-        _ => "unknown".into(),
-    }
-}
-
-/// The file that this code was loaded from: jostle's shared library, or the program it is linked into.
-fn own_library() -> Option<PathBuf> {
-    let here = own_library as *const () as usize;
-    let maps = std::fs::read_to_string("/proc/self/maps").ok()?;
-    maps.lines().find_map(|line| {
-        let (range, path) = mapping(line)?;
-        range.contains(&here).then_some(path)
-    })
-}
-
-/// The file of a loaded library whose name begins so.
-fn mapped(name: &str) -> Option<PathBuf> {
-    let maps = std::fs::read_to_string("/proc/self/maps").ok()?;
-    maps.lines().filter_map(mapping).map(|(_, path)| path).find(|path| {
-        let file = path.file_name().map(|n| n.to_string_lossy().starts_with(name));
-        file.unwrap_or(false)
-    })
-}
-
-/// A line of `/proc/self/maps`: addresses and file.
-fn mapping(line: &str) -> Option<(std::ops::Range<usize>, PathBuf)> {
-    let (range, rest) = line.split_once(' ')?;
-    let (from, to) = range.split_once('-')?;
-    let path = rest.find('/').map(|at| PathBuf::from(&rest[at..]))?;
-    Some((usize::from_str_radix(from, 16).ok()?..usize::from_str_radix(to, 16).ok()?, path))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_file_of_this_code_is_found() {
-        let own = own_library().unwrap().canonicalize().unwrap();
-        assert_eq!(own, std::env::current_exe().unwrap().canonicalize().unwrap());
-    }
-
-    #[test]
-    fn a_version_comes_from_the_file_or_from_the_branch() {
-        assert_eq!(version(Path::new("/x/libonnxruntime.so.1.32.0"), ""), "1.32.0");
-        assert_eq!(version(Path::new("/x/libonnxruntime.so.1"), "ORT Build Info: git-branch=rel-1.24.1, x"), "1.24.1");
-        assert_eq!(version(Path::new("/x/libonnxruntime.so"), "git-branch=main, x"), "unknown");
-    }
 
     #[test]
     fn a_library_that_is_none_is_an_error_that_says_what_was_tried() {

@@ -88,7 +88,7 @@ impl Segmentation {
     }
 
     fn masks(&self, image: &[f32], rows: usize, cols: usize) -> Result<Instances> {
-        let results = self.model.run_free(&[("image", vec![3, rows as i64, cols as i64], image)])?;
+        let results = self.model.run_free(&[("image", vec![3, rows as i64, cols as i64], image)], None)?;
         let [_, _, (_, scores), (shape, masks)] = results.as_slice() else {
             return Err(Error::Internal("an interface has four outputs and gave others".into()));
         };

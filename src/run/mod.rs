@@ -3,6 +3,7 @@
 //! | file | holds | thread rule |
 //! |---|---|---|
 //! | `budget` | [`Budget`] (limits as the user writes them), [`Stop`] (what running work polls) | `Stop` is polled from any thread |
+//! | `alarm` | [`within`]: work that another thread tells to end | any thread |
 //! | `cancel` | [`CancelToken`] | any thread, also while work runs |
 //! | `progress` | [`Progress`], [`ProgressSnapshot`] | read from any thread; written by the coordinating thread |
 //! | `random` | [`Key`], [`Stream`] | plain values |
@@ -11,12 +12,14 @@
 //! Nothing here knows what is computed. Time is read in `budget` only, so that everything else is a function of its
 //! inputs and its seed.
 
+pub mod alarm;
 pub mod budget;
 pub mod cancel;
 pub mod pool;
 pub mod progress;
 pub mod random;
 
+pub use alarm::within;
 pub use budget::{Budget, Stop, StopReason};
 pub use cancel::CancelToken;
 pub use pool::Pool;

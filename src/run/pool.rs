@@ -9,6 +9,7 @@ use std::thread::JoinHandle;
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
+use crate::host::{Home, Standard};
 
 /// Worker threads of its own, never the process-wide ones. With 0 or 1 threads there are none: work runs on the
 /// thread that asks for it.
@@ -19,6 +20,8 @@ use crate::error::{Error, Result};
 pub struct Pool {
     workers: Option<rayon::ThreadPool>,
     handles: Vec<JoinHandle<()>>,
+    /// Where the threads live.
+    home: Home,
 }
 
 impl Pool {
@@ -32,12 +35,16 @@ impl Pool {
             .num_threads(threads)
             .spawn_handler(|worker| {
                 let builder = std::thread::Builder::new().name(format!("{name}-{}", worker.index()));
-                handles.push(builder.spawn(|| worker.run())?);
+                handles.push(builder.spawn(|| {
+                    // Threads begin with the state of the one that starts them.
+                    let _standard = Standard::enter();
+                    worker.run();
+                })?);
                 Ok(())
             })
             .build();
         match built {
-            Ok(workers) => Ok(Pool { workers: Some(workers), handles }),
+            Ok(workers) => Ok(Pool { workers: Some(workers), handles, home: Home::here() }),
             Err(error) => {
                 // The builder has told the threads that did start to end.
                 join(handles);
@@ -48,7 +55,7 @@ impl Pool {
 
     /// A pool without threads.
     pub fn inline() -> Self {
-        Pool { workers: None, handles: Vec::new() }
+        Pool { workers: None, handles: Vec::new(), home: Home::here() }
     }
 
     /// How many pieces of work run at once, at least 1.
@@ -56,9 +63,15 @@ impl Pool {
         self.handles.len().max(1)
     }
 
+    /// Refuses to wait for threads that are not there.
+    fn check_home(&self) -> Result<()> {
+        if self.workers.is_some() { self.home.check("threads") } else { Ok(()) }
+    }
+
     /// Runs `work` on a thread of the pool and waits for it. Batches started from there begin sooner (no hand-over),
     /// but callbacks then come from that thread.
     pub fn install<R: Send>(&self, work: impl FnOnce() -> R + Send) -> Result<R> {
+        self.check_home()?;
         let guarded = AssertUnwindSafe(work);
         let outcome = match &self.workers {
             // The closure is unwrapped inside the guard: a method call captures the whole wrapper.
@@ -85,6 +98,7 @@ impl Pool {
         if items.is_empty() {
             return Ok(());
         }
+        self.check_home()?;
         if scratches.len() < self.workers() {
             return Err(Error::Internal(format!("{} scratches for {} workers", scratches.len(), self.workers())));
         }
@@ -108,6 +122,12 @@ impl Pool {
 
 impl Drop for Pool {
     fn drop(&mut self) {
+        if self.check_home().is_err() {
+            // There is nobody to tell and nobody to wait for.
+            std::mem::forget(self.workers.take());
+            std::mem::forget(std::mem::take(&mut self.handles));
+            return;
+        }
         drop(self.workers.take());
         join(std::mem::take(&mut self.handles));
     }

@@ -2,7 +2,7 @@
 
 use super::image::Image;
 use super::pixel_map::PixelMap;
-use crate::error::Result;
+use crate::error::{Result, reserve};
 use crate::geom::{Vec2, area_moments};
 
 /// Width of the band of pixels on either side of a border.
@@ -84,7 +84,7 @@ impl RegionFinder {
     /// The regions of a label image, 0 being the background; by label.
     pub fn labels(&mut self, image: &Image<u8>, map: &PixelMap) -> Result<Vec<Region>> {
         map.validate()?;
-        let mut regions = self.find(image, map, u32::from);
+        let mut regions = self.find(image, map, u32::from)?;
         regions.sort_by_key(|region| region.label);
         Ok(regions)
     }
@@ -92,7 +92,7 @@ impl RegionFinder {
     /// The region of a mask, whose pixels are those that are not 0; none where all are.
     pub fn mask(&mut self, image: &Image<u8>, map: &PixelMap) -> Result<Option<Region>> {
         map.validate()?;
-        Ok(self.find(image, map, |value| u32::from(value != 0)).pop())
+        Ok(self.find(image, map, |value| u32::from(value != 0))?.pop())
     }
 
     /// Calls `visit(row, col)` for the pixels of a region of the image that was searched last.
@@ -106,11 +106,13 @@ impl RegionFinder {
         }
     }
 
-    fn find(&mut self, image: &Image<u8>, map: &PixelMap, label_of: impl Fn(u8) -> u32) -> Vec<Region> {
+    fn find(&mut self, image: &Image<u8>, map: &PixelMap, label_of: impl Fn(u8) -> u32) -> Result<Vec<Region>> {
         let (rows, cols) = (image.rows(), image.cols());
         self.parts.clear();
+        reserve(&mut self.parts, rows * cols, "image")?;
         self.parts.resize(rows * cols, 0);
         self.marks.clear();
+        reserve(&mut self.marks, rows * cols, "image")?;
         self.marks.resize(rows * cols, 0);
         let mut parts: Vec<Part> = Vec::new();
         for row in 0..rows {
@@ -141,7 +143,7 @@ impl RegionFinder {
                 }
             }
         }
-        regions
+        Ok(regions)
     }
 
     /// Marks the connected part that begins at `part.first`; pixels that share a side are connected.

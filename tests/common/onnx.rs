@@ -26,6 +26,12 @@ pub fn runs() -> bool {
     }
 }
 
+/// The file of the runtime that is used here; only where [`runs`].
+pub fn library() -> String {
+    let runtime = Runtime::open(&RuntimeOptions::default()).expect("a runtime");
+    runtime.info().file.as_ref().expect("a library").display().to_string()
+}
+
 /// One field of a message.
 enum Field<'a> {
     Number(u64),
@@ -177,4 +183,16 @@ pub fn with_name(bytes: &[u8], name: &str, new: &str) -> Vec<u8> {
         out[at + 1..=at + name.len()].copy_from_slice(new.as_bytes());
     }
     out
+}
+
+/// The file with fields added to each of its weights (`TensorProto`).
+pub fn with_weight(bytes: &[u8], fields: &[u8]) -> Vec<u8> {
+    rewrite(bytes, &mut |number, model| {
+        let graph = |graph: &[u8]| {
+            rewrite(graph, &mut |number, weight| {
+                Some(if number == 5 { [weight, fields].concat() } else { weight.to_vec() })
+            })
+        };
+        Some(if number == 7 { graph(model) } else { model.to_vec() })
+    })
 }
