@@ -103,6 +103,7 @@ fn scaled_scene(scene: &Scene, factor: f64) -> Arc<Scene> {
                 height: factor * def.height,
                 centre_of_mass: def.centre_of_mass.map(|c| c.map(|v| factor * v)),
                 inertia: def.inertia.map(|i| factor * factor * i),
+                outline_tolerance: Some(factor * def.outline_tolerance.unwrap_or(1e-4)),
                 ..def
             })
             .unwrap();

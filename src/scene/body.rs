@@ -162,6 +162,7 @@ impl Body {
             height: factor * self.height,
             centre_of_mass: self.centre_of_mass * factor,
             inertia: self.inertia * factor * factor,
+            outline_tolerance: self.outline_tolerance.map(|t| factor * t),
             ..self.clone()
         }
     }
