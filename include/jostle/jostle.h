@@ -1760,8 +1760,8 @@ jostle_status jostle_planner_failed(struct jostle_planner *planner,
 /// Errors: ARGUMENT (null), HANDLE, BUSY, POISONED.
 jostle_status jostle_planner_reset(struct jostle_planner *planner);
 
-/// Bytes that the search tree holds, or the pushes that a planner of clearings judged last; 0 for planners of
-/// rearrangements, which do not count theirs.
+/// Bytes that the search tree holds, or the pushes that a planner of clearings judged last; for a rearrangement the tree
+/// and the paths that are known.
 ///
 /// Thread: exclusive use of planner.
 /// RT: no.

@@ -179,12 +179,12 @@ impl Decider {
         }
     }
 
-    /// Bytes of the search tree, or of the pushes that were judged; planners of rearrangements do not count theirs.
+    /// Bytes of the search tree, of known paths, or of the pushes that were judged.
     pub fn memory_bytes(&self) -> usize {
         match self {
             Decider::Retrieve(planner) => planner.memory_bytes(),
             Decider::Clear(planner) => planner.memory_bytes(),
-            Decider::Rearrange { .. } => 0,
+            Decider::Rearrange { planner, .. } => planner.memory_bytes(),
         }
     }
 }

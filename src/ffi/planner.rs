@@ -595,8 +595,8 @@ pub unsafe extern "C" fn jostle_planner_reset(planner: *mut jostle_planner) -> j
     })
 }
 
-/// Bytes that the search tree holds, or the pushes that a planner of clearings judged last; 0 for planners of
-/// rearrangements, which do not count theirs.
+/// Bytes that the search tree holds, or the pushes that a planner of clearings judged last; for a rearrangement the tree
+/// and the paths that are known.
 ///
 /// Thread: exclusive use of planner.
 /// RT: no.

@@ -1,6 +1,7 @@
 //! The path planner: what a caller sees.
 
 use std::collections::HashMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::connect::{Connect, Ended, World};
@@ -58,9 +59,9 @@ pub struct PathLimits<'a> {
 /// Working memory of one thread. Holds no results that could change an answer; any planner may use it.
 #[derive(Debug, Default)]
 pub struct PathScratch {
-    obstacles: Obstacles,
+    pub(super) obstacles: Obstacles,
     connect: Connect,
-    reach: Reach,
+    pub(super) reach: Reach,
     guide: Reach,
 }
 
@@ -86,7 +87,31 @@ pub struct PathPlanner {
     room: f64,
     /// Tells the scenes apart for a scratch that serves several.
     fingerprint: u64,
-    cache: [Mutex<HashMap<u128, PathOutcome>>; PARTS],
+    cache: [Mutex<Known>; PARTS],
+    /// Estimated bytes that each part may hold.
+    most_bytes: AtomicUsize,
+}
+
+/// A part of the results that are kept.
+#[derive(Debug, Default)]
+struct Known {
+    outcomes: HashMap<u128, PathOutcome>,
+    /// Estimated.
+    bytes: usize,
+}
+
+impl Known {
+    fn keep(&mut self, name: u128, outcome: PathOutcome, most_bytes: usize) {
+        let waypoints = outcome.path().map_or(0, |path| size_of::<Path>() + size_of_val(path.waypoints.as_slice()));
+        // The table holds a byte an entry beside it, and room for as many again.
+        let bytes = 2 * (size_of::<(u128, PathOutcome)>() + 1) + waypoints;
+        if self.outcomes.len() >= CACHED || self.bytes + bytes > most_bytes {
+            *self = Known::default();
+        }
+        if bytes <= most_bytes && self.outcomes.insert(name, outcome).is_none() {
+            self.bytes += bytes;
+        }
+    }
 }
 
 impl PathPlanner {
@@ -104,11 +129,31 @@ impl PathPlanner {
         let fingerprint = hash.low;
         let room = room(scene.workspace());
         let fitted = shapes.iter().map(|shape| params.fitted(room, shape.width)).collect();
-        Ok(PathPlanner { scene, params, shapes, fitted, room, fingerprint, cache: Default::default() })
+        Ok(PathPlanner {
+            scene,
+            params,
+            shapes,
+            fitted,
+            room,
+            fingerprint,
+            cache: Default::default(),
+            most_bytes: usize::MAX.into(),
+        })
     }
 
     pub fn scene(&self) -> &Arc<Scene> {
         &self.scene
+    }
+
+    /// Estimated bytes that the results kept take.
+    pub fn memory_bytes(&self) -> usize {
+        self.cache.iter().map(|part| part.lock().unwrap_or_else(PoisonError::into_inner).bytes).sum()
+    }
+
+    /// Keeps results in no more than so many bytes from now on; those kept already stay until then. No answer depends on
+    /// it.
+    pub fn limit_bytes(&self, most: Option<usize>) {
+        self.most_bytes.store(most.map_or(usize::MAX, |most| most / PARTS), Ordering::Relaxed);
     }
 
     pub fn params(&self) -> &PathParams {
@@ -118,6 +163,14 @@ impl PathPlanner {
     /// How fine the grid of a body is: the edge of a cell, metres.
     pub fn cell(&self, body: usize) -> f64 {
         self.fitted[body].cell
+    }
+
+    pub(super) fn shape(&self, body: usize) -> &MovingShape {
+        &self.shapes[body]
+    }
+
+    pub(super) fn fitted(&self, body: usize) -> &PathParams {
+        &self.fitted[body]
     }
 
     /// The length of a path by the metric, metres.
@@ -173,13 +226,14 @@ impl PathPlanner {
     }
 
     /// Keeps the items whose poses a body can be brought to from where it stands, as the grid shows it: a guess that is
-    /// seldom wrong. One map serves all items. The poses are taken to keep the clearance.
+    /// seldom wrong. One map serves all items. The poses are taken to keep the clearance. Asked to end, it keeps all.
     pub fn retain_reachable<T>(
         &self,
         state: &State,
         body: usize,
         items: &mut Vec<T>,
         pose: impl Fn(&T) -> Pose2,
+        stop: Option<&Stop>,
         scratch: &mut PathScratch,
     ) {
         self.place(state, body, scratch);
@@ -188,7 +242,7 @@ impl PathPlanner {
         let from = state.pose(body);
         if !obstacles.keep_as_at(shape, self.params.clearance, [&from, &from]) {
             items.clear();
-        } else if reach.make(Cells::NotBlocked, shape, obstacles, workspace, &self.fitted[body], &from) {
+        } else if reach.make(Cells::NotBlocked, shape, obstacles, workspace, &self.fitted[body], &from, stop) {
             items.retain(|item| {
                 let to = pose(item);
                 reach.holds(to.transform_point(shape.middle), to.theta)
@@ -219,17 +273,14 @@ impl PathPlanner {
         }
         let part = &self.cache[hash.low as usize % PARTS];
         let name = u128::from(hash.low) << 64 | u128::from(hash.high);
-        if let Some(known) = part.lock().unwrap_or_else(PoisonError::into_inner).get(&name) {
+        if let Some(known) = part.lock().unwrap_or_else(PoisonError::into_inner).outcomes.get(&name) {
             return known.clone();
         }
         scratch.obstacles.place(&self.shapes, state, body, others.low);
         let outcome = self.search(body, from, to, iterations, limits.stop, Key::from_bits(hash.high), scratch);
         if outcome != PathOutcome::Interrupted {
-            let mut known = part.lock().unwrap_or_else(PoisonError::into_inner);
-            if known.len() >= CACHED {
-                known.clear();
-            }
-            known.insert(name, outcome.clone());
+            let most = self.most_bytes.load(Ordering::Relaxed);
+            part.lock().unwrap_or_else(PoisonError::into_inner).keep(name, outcome.clone(), most);
         }
         outcome
     }
@@ -270,14 +321,17 @@ impl PathPlanner {
             if stop.is_some_and(Stop::requested) {
                 return PathOutcome::Interrupted;
             }
-            let known = reach.make(Cells::NotBlocked, shape, world.obstacles, workspace, params, from);
+            let known = reach.make(Cells::NotBlocked, shape, world.obstacles, workspace, params, from, stop);
             if known && !reach.holds(to.transform_point(shape.middle), to.theta) {
                 return PathOutcome::Enclosed;
             }
             let mut rest = iterations - quick;
             let shown = rest > 0
-                && guide.make(Cells::FreeMiddle, shape, world.obstacles, workspace, params, from)
-                && guide.trace(shape, from, to, &mut connect.way);
+                && guide.make(Cells::FreeMiddle, shape, world.obstacles, workspace, params, from, stop)
+                && guide.trace(shape, from, to, &mut connect.way, stop);
+            if stop.is_some_and(Stop::requested) {
+                return PathOutcome::Interrupted;
+            }
             if !shown {
                 // Hardly any path is left that the grid does not show.
                 rest /= 4;
@@ -301,12 +355,12 @@ impl PathPlanner {
         PathOutcome::Found(Arc::new(Path { waypoints: waypoints.to_vec(), length: self.length(waypoints) }))
     }
 
-    fn world<'a>(&'a self, body: usize, obstacles: &'a mut Obstacles) -> World<'a> {
+    pub(super) fn world<'a>(&'a self, body: usize, obstacles: &'a mut Obstacles) -> World<'a> {
         let (shape, params) = (&self.shapes[body], &self.fitted[body]);
         World { shape, workspace: self.scene.workspace(), params, room: self.room, obstacles }
     }
 
-    fn place(&self, state: &State, body: usize, scratch: &mut PathScratch) {
+    pub(super) fn place(&self, state: &State, body: usize, scratch: &mut PathScratch) {
         let hash = self.others(state, body).low;
         scratch.obstacles.place(&self.shapes, state, body, hash);
     }

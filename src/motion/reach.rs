@@ -16,10 +16,13 @@ use super::params::{EDGE_TOLERANCE, PathParams, SWEEP_SLACK};
 use super::shape::{Core, MovingShape};
 use super::sweep::Obstacles;
 use crate::geom::{Frame, Pose2, Vec2, normalize_angle, vec2};
+use crate::run::Stop;
 use crate::scene::Workspace;
 
 /// Corners of the polygon within a disc that stands for it.
 const DISC_CORNERS: usize = 16;
+/// Rows or cells that a search looks at between two looks at the stop.
+const STEPS_PER_LOOK: usize = 1024;
 
 /// The bitmap, its memory reused.
 #[derive(Debug, Default)]
@@ -108,8 +111,9 @@ struct Line {
 
 impl Reach {
     /// Makes the bitmap for one body, and of cells that are not blocked floods it from a pose. The gaps that the obstacles
-    /// ask for are kept. `false` where the start's own cell is not open, which only rounding could do: then nothing is
-    /// known.
+    /// ask for are kept. `false` where the start's own cell is not open, which only rounding could do, and where the work
+    /// was asked to end: then nothing is known.
+    #[allow(clippy::too_many_arguments)]
     pub fn make(
         &mut self,
         cells: Cells,
@@ -118,9 +122,13 @@ impl Reach {
         workspace: &Workspace,
         params: &PathParams,
         from: &Pose2,
+        stop: Option<&Stop>,
     ) -> bool {
-        if !self.is_made(cells, obstacles, workspace, params) {
-            self.fill(cells, shape, obstacles, workspace, params);
+        if !self.is_made(cells, obstacles, workspace, params)
+            && !self.fill(cells, shape, obstacles, workspace, params, stop)
+        {
+            self.made_of = None;
+            return false;
         }
         if cells == Cells::FreeMiddle {
             return true;
@@ -131,9 +139,9 @@ impl Reach {
         let known = self.is_open(row, column);
         // Where the start is connected with the last one, so is all the rest.
         if known && !(self.flooded && self.holds(middle, from.theta)) {
-            self.flood((row, column));
+            self.flooded = self.flood((row, column), stop);
         }
-        known
+        known && self.flooded
     }
 
     /// Whether the bitmap is already that of these; if not, it is said to be from now on.
@@ -156,6 +164,7 @@ impl Reach {
         false
     }
 
+    /// Fills the bitmap; `false` if the work was asked to end.
     fn fill(
         &mut self,
         cells: Cells,
@@ -163,7 +172,8 @@ impl Reach {
         obstacles: &Obstacles,
         workspace: &Workspace,
         params: &PathParams,
-    ) {
+        stop: Option<&Stop>,
+    ) -> bool {
         self.size(shape, workspace, params);
         let half_layer = PI / self.layers as f64;
         let (displacement, slack) = match cells {
@@ -175,6 +185,9 @@ impl Reach {
         };
         self.open.fill(0);
         for layer in 0..self.layers {
+            if stop.is_some_and(Stop::requested) {
+                return false;
+            }
             let heading = layer as f64 * TAU / self.layers as f64;
             // The shape about its middle.
             let mut frame = Pose2::new(0.0, 0.0, heading).frame();
@@ -194,6 +207,7 @@ impl Reach {
                 self.moved = moved;
             }
         }
+        true
     }
 
     /// Chooses the grid: cells as asked, and as many layers as make a turn by one move a point no farther than a cell.
@@ -318,16 +332,21 @@ impl Reach {
         self.polygon = polygon;
     }
 
-    /// Finds what is connected with the start by faces of open cells.
-    fn flood(&mut self, (row, column): (usize, usize)) {
-        self.flooded = true;
+    /// Finds what is connected with the start by faces of open cells; `false` if the work was asked to end.
+    fn flood(&mut self, (row, column): (usize, usize), stop: Option<&Stop>) -> bool {
         self.seen.fill(0);
         self.rows_left.clear();
+        self.queued.fill(false);
+        let mut looked = 0usize;
         self.seen[row * self.words + column / 64] = 1u64 << (column % 64);
         self.rows_left.push(row as u32);
         self.queued[row] = true;
         let total = self.layers * self.rows;
         while let Some(at) = self.rows_left.pop() {
+            looked += 1;
+            if looked.is_multiple_of(STEPS_PER_LOOK) && stop.is_some_and(Stop::requested) {
+                return false;
+            }
             let at = at as usize;
             self.queued[at] = false;
             let span = at * self.words..(at + 1) * self.words;
@@ -353,6 +372,7 @@ impl Reach {
                 }
             }
         }
+        true
     }
 
     fn is_open(&self, row: usize, column: usize) -> bool {
@@ -383,8 +403,16 @@ impl Reach {
     }
 
     /// The poses of the middles of the cells on a shortest way through open cells, from a pose to another. `false` where
-    /// there is none. A search by the distance gone and the distance at least left (A*, Hart et al. 1968).
-    pub fn trace(&mut self, shape: &MovingShape, from: &Pose2, to: &Pose2, way: &mut Vec<Pose2>) -> bool {
+    /// there is none, or the work was asked to end. A search by the distance gone and the distance at least left (A*, Hart
+    /// et al. 1968).
+    pub fn trace(
+        &mut self,
+        shape: &MovingShape,
+        from: &Pose2,
+        to: &Pose2,
+        way: &mut Vec<Pose2>,
+        stop: Option<&Stop>,
+    ) -> bool {
         way.clear();
         let (Some(start), Some(goal)) = (self.open_near(shape, from), self.open_near(shape, to)) else { return false };
         let place = |(at, column): (usize, usize)| Place { layer: at / self.rows, row: at % self.rows, column };
@@ -395,7 +423,12 @@ impl Reach {
         self.soon.clear();
         self.queue.clear();
         self.queue.push(goal.packed(GOAL));
+        let mut looked = 0usize;
         loop {
+            looked += 1;
+            if looked.is_multiple_of(STEPS_PER_LOOK) && stop.is_some_and(Stop::requested) {
+                return false;
+            }
             let Some(next) = self.queue.pop() else {
                 // Every step leads nearer by one or away by one, so what comes next is two farther.
                 std::mem::swap(&mut self.queue, &mut self.soon);
@@ -487,6 +520,27 @@ impl Reach {
         let (column, row) = (column.clamp(0.0, columns - 1.0) as usize, row.clamp(0.0, rows - 1.0) as usize);
         let layer = (theta.rem_euclid(TAU) / TAU * self.layers as f64).round() as usize % self.layers;
         Some((layer * self.rows + row, column))
+    }
+
+    /// Whether the start may be brought to any place of the shape's middle within a square about this one, with a heading
+    /// within `turn`; `false` is certain.
+    pub fn holds_near(&self, middle: Vec2, half: f64, theta: f64, turn: f64) -> bool {
+        let cell = |at: f64, low: f64, count: usize| {
+            (((at - low) / self.cell).floor().max(0.0) as usize).min(count.saturating_sub(1))
+        };
+        let (x, y) = (self.origin.x, self.origin.y);
+        let columns = cell(middle.x - half, x, self.columns)..=cell(middle.x + half, x, self.columns);
+        let rows = cell(middle.y - half, y, self.rows)..=cell(middle.y + half, y, self.rows);
+        let layer = |heading: f64| (heading / TAU * self.layers as f64).round() as i64;
+        // No layer twice, however wide the turn.
+        let (first, last) = (layer(theta - turn), layer(theta + turn));
+        let layers = first..=last.min(first + self.layers as i64 - 1);
+        layers.map(|layer| layer.rem_euclid(self.layers as i64) as usize).any(|layer| {
+            rows.clone().any(|row| {
+                let at = (layer * self.rows + row) * self.words;
+                columns.clone().any(|column| self.seen[at + column / 64] >> (column % 64) & 1 == 1)
+            })
+        })
     }
 
     /// Whether the start may be brought to this place of the shape's middle; `false` is certain.

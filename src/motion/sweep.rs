@@ -102,6 +102,15 @@ impl Obstacles {
         true
     }
 
+    /// Lowers the gaps to keep to those at a pose less `slack`, where that is less; to no less than [`MIN_CLEARANCE`].
+    pub fn keep_as_near(&mut self, shape: &MovingShape, pose: &Pose2, slack: f64) {
+        for at in 0..self.standing.len() {
+            let standing = self.standing[at];
+            let gap = self.gap_to(shape, pose, &standing, standing.need + slack) - slack;
+            self.standing[at].need = standing.need.min(gap.max(MIN_CLEARANCE));
+        }
+    }
+
     /// Gap to one body where it is less than `limit`, else `limit`.
     fn gap_to(&mut self, shape: &MovingShape, pose: &Pose2, standing: &Standing, limit: f64) -> f64 {
         let reach = shape.radius + standing.radius + limit;

@@ -24,6 +24,9 @@ pub enum Reason {
     /// A body that can only be dragged cannot come to its goal: bodies that stay where they are, or the workspace's edge
     /// alone, leave no way.
     Enclosed { body: String, by: Vec<String> },
+    /// A body that can only be dragged stands too near to one that stays where it is, or over the workspace's edge: no
+    /// drag begins.
+    Stuck { body: String },
     /// The search ended by itself: it tried every sequence of at most so many actions.
     TriedAll { actions: u32 },
     /// The search ended by itself, with plans of at most so many moves.
@@ -97,6 +100,11 @@ impl fmt::Display for Reason {
                 "\"{body}\" can only be dragged, and no way leads it to its goal: {} in between cannot be moved; make a \
                  gap, move the goal, or let one of them be moved",
                 named(by)
+            ),
+            Reason::Stuck { body } => write!(
+                f,
+                "\"{body}\" can only be dragged, and stands so near to a body that cannot be moved, or to the workspace's \
+                 edge, that no drag begins; move it 0.2 mm away, or let it be picked"
             ),
             Reason::TriedAll { actions } => write!(
                 f,
@@ -202,6 +210,7 @@ mod tests {
             Reason::Enclosed { body: "box".into(), by: Vec::new() },
             Reason::Enclosed { body: "box".into(), by: by[..1].to_vec() },
             Reason::Enclosed { body: "box".into(), by },
+            Reason::Stuck { body: "box".into() },
             Reason::TriedAll { actions: 4 },
             Reason::NoPlanFound { most_moves: 20 },
             Reason::Left { bodies: 3 },

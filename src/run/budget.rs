@@ -68,6 +68,8 @@ impl Budget {
             deadline: limit.and_then(|limit| start.checked_add(limit)),
             tokens: tokens.to_vec(),
             seen: AtomicU8::new(RUNNING),
+            #[cfg(test)]
+            looks: None,
         }
     }
 }
@@ -98,12 +100,21 @@ pub struct Stop {
     deadline: Option<Instant>,
     tokens: Vec<CancelToken>,
     seen: AtomicU8,
+    /// For tests: looks until the time is up.
+    #[cfg(test)]
+    looks: Option<std::sync::Arc<std::sync::atomic::AtomicU64>>,
 }
 
 impl Stop {
     /// Never asks for the end by itself; [`interrupt`](Self::interrupt) still works.
     pub fn never() -> Self {
         Budget::default().start(&[])
+    }
+
+    /// Time that is up after so many looks, instead of by a clock: tests end work at every place where it can end.
+    #[cfg(test)]
+    pub fn after_looks(looks: u64) -> Self {
+        Stop { looks: Some(std::sync::Arc::new(looks.into())), ..Self::never() }
     }
 
     /// Whether the work should end now. Cheap enough for every slice of a simulation: atomics first, and the clock
@@ -114,6 +125,13 @@ impl Stop {
         }
         if self.tokens.iter().any(CancelToken::is_triggered) {
             self.see(CANCELLED);
+            return true;
+        }
+        #[cfg(test)]
+        if let Some(looks) = &self.looks
+            && looks.fetch_update(Ordering::AcqRel, Ordering::Acquire, |left| left.checked_sub(1)).is_err()
+        {
+            self.see(DEADLINE);
             return true;
         }
         if self.deadline.is_some_and(|deadline| Instant::now() >= deadline) {
@@ -150,6 +168,8 @@ impl Stop {
             deadline: self.deadline.map(|deadline| self.start + (deadline - self.start).mul_f64(share.clamp(0.0, 1.0))),
             tokens: self.tokens.clone(),
             seen: AtomicU8::new(self.seen.load(Ordering::Acquire)),
+            #[cfg(test)]
+            looks: self.looks.clone(),
         }
     }
 

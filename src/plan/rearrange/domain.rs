@@ -150,7 +150,7 @@ impl Rearrange {
             if wanted == 0 {
                 continue;
             }
-            worker.rank_places(&self.mover, body, misplaced, false, &mut stream);
+            worker.rank_places(&self.mover, body, misplaced, false, &mut stream, stop);
             let found = worker.places();
             for (rank, (_, pose)) in found.iter().take(wanted).enumerate() {
                 let prior = if in_the_way.contains(body) {

@@ -62,6 +62,9 @@ fn step(
         return best.action;
     }
     for body in misplaced.iter() {
+        if stop.requested() {
+            return best.action;
+        }
         let Some(goal) = table.goal_pose(body, &layout.pose(body)) else { continue };
         for other in table.goal_blockers(layout, body).iter().filter(|&other| table.movable.contains(other)) {
             let clear = |pose: &Pose2| {
@@ -121,6 +124,7 @@ fn towards_goal(
     (1..=STEPS)
         .rev()
         .map(|step| between(f64::from(step) / f64::from(STEPS)))
+        .take_while(|_| !stop.requested())
         .filter(|pose| clear(pose) && table.is_free(layout, body, pose))
         .take(PATHS)
         .find_map(|pose| mover.attempt(scratch, layout, body, pose, stop))
@@ -140,6 +144,7 @@ fn random(
 ) -> Option<Move> {
     let table = &mover.table;
     let free = (0..samples.tries)
+        .take_while(|_| !stop.requested())
         .map(|_| stored(anywhere(table, body, stream)))
         .find(|pose| clear(pose) && table.is_free(layout, body, pose))?;
     mover.attempt(scratch, layout, body, free, stop)

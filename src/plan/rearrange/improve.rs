@@ -21,6 +21,8 @@ const PATIENCE_PROVEN: u32 = 8;
 const PATIENCE: u32 = 200;
 /// The latter for a plan that an earlier decision has made and improved.
 const PATIENCE_KNOWN: u32 = 8;
+/// Robot times that differ by no more are the same, seconds.
+const SAME_SECONDS: f64 = 1e-9;
 /// Chance that an attempt starts afresh although there is a plan.
 const AFRESH: f64 = 0.15;
 
@@ -30,9 +32,6 @@ const ALONE: u64 = 8;
 const BRIDGES: f64 = 0.75;
 const BRIDGE_MOVES: usize = 3;
 const BRIDGE_ROOM: f64 = 0.3;
-
-/// Robot times that differ by less are one, seconds.
-const SAME_SECONDS: f64 = 1e-9;
 
 /// A plan in the making.
 #[derive(Debug, Clone, Default)]
@@ -65,6 +64,8 @@ pub struct Found {
     pub at_least: usize,
     /// The search ended by itself.
     pub settled: bool,
+    /// Its memory ended it.
+    pub full: bool,
 }
 
 /// A piece of work for one worker.
@@ -114,7 +115,9 @@ pub fn search(
         let proven = found.best.solved && found.best.moves.len() <= at_least;
         let patience = if proven { PATIENCE_PROVEN } else { PATIENCE };
         // Where the robot's time is the least too, nothing is left to be gained.
-        let optimal = proven && found.best.seconds <= least_seconds + SAME_SECONDS;
+        // A single move is the same whenever it is asked for: there is nothing to put in another order.
+        let least = found.best.moves.len() == 1 || found.best.seconds <= least_seconds + SAME_SECONDS;
+        let optimal = proven && least;
         found.settled = found.best.solved && (optimal || idle >= patience);
         if count == 0 || limits.stop.requested() || found.settled {
             return Ok(found);
@@ -345,6 +348,6 @@ pub fn candidate(mover: &Mover, start: &Layout, mut moves: Vec<Move>) -> Candida
     if !solved {
         moves.truncate(best.1);
     }
-    let seconds = moves.iter().map(|action| mover.costs.seconds(action)).sum();
+    let seconds = moves.iter().fold(0.0, |sum, action| sum + mover.costs.seconds(action));
     Candidate { solved, moves, seconds, misplaced }
 }

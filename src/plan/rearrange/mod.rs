@@ -1,6 +1,7 @@
 //! Planners of rearrangements: HBFS and PMMR (REMP, dissertation chapter 7), and `untangle`, our own.
 
 mod bridge;
+mod certain;
 mod domain;
 mod feedback;
 mod graph;
@@ -15,6 +16,8 @@ mod room;
 mod samplers;
 mod shorten;
 mod table;
+#[cfg(test)]
+mod tests;
 mod untangle;
 
 pub use options::{REARRANGE_PLANNERS, RearrangeOptions, RearrangeReward};

@@ -1,12 +1,13 @@
 //! Moves of one body to a free place: pick-and-place, or a drag along a path.
 
+use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 use super::table::{Layout, Table};
 use crate::action::{Move, MoveCosts};
 use crate::error::Result;
 use crate::geom::{Frame, Pose2, normalize_angle};
-use crate::motion::{PathLimits, PathParams, PathPlanner, PathScratch};
+use crate::motion::{Enclosure, PathLimits, PathParams, PathPlanner, PathScratch, Region};
 use crate::run::{Key, Stop};
 use crate::scene::{Mask, Rearrangement, State};
 
@@ -39,6 +40,16 @@ impl Mover {
         Ok(Mover { table, costs, paths: Arc::new(PathPlanner::new(Arc::clone(&problem.scene), paths)?) })
     }
 
+    /// Estimated bytes of the paths that are kept.
+    pub fn memory_bytes(&self) -> usize {
+        self.paths.memory_bytes()
+    }
+
+    /// Keeps paths in no more than so many bytes.
+    pub fn limit_bytes(&self, most: Option<usize>) {
+        self.paths.limit_bytes(most);
+    }
+
     /// The means for another problem on the same table.
     pub fn with_table(&self, table: Table) -> Mover {
         Mover { table, costs: self.costs, paths: Arc::clone(&self.paths) }
@@ -67,10 +78,41 @@ impl Mover {
         layout: &Layout,
         body: usize,
         places: &mut Vec<(f64, Pose2)>,
+        stop: &Stop,
     ) {
         if self.table.drag_only.contains(body) && !places.is_empty() {
-            self.paths.retain_reachable(&layout.state, body, places, |place| place.1, &mut scratch.paths);
+            self.paths.retain_reachable(&layout.state, body, places, |place| place.1, Some(stop), &mut scratch.paths);
         }
+    }
+
+    /// Whether `body`, which can only be dragged, certainly cannot be brought to its goal if of all others only `staying` are
+    /// there.
+    pub fn enclosure(
+        &self,
+        scratch: &mut MoverScratch,
+        layout: &Layout,
+        body: usize,
+        staying: &[usize],
+        stop: &Stop,
+    ) -> Enclosure {
+        let Some(goal) = self.table.goal(body) else { return Enclosure::Unknown };
+        let mut state = std::mem::take(&mut scratch.state);
+        state.clone_from(&layout.state);
+        (0..self.table.len()).filter(|other| *other != body && !staying.contains(other)).for_each(|other| {
+            state.set_present(other, false);
+        });
+        // One region for each turn of the body that looks the same, or one for any heading.
+        let turns = goal.symmetry.max(1);
+        let heading = if goal.symmetry == 0 { PI } else { goal.rotation_tolerance };
+        let regions: Vec<Region> = (0..turns)
+            .map(|turn| {
+                let theta = goal.pose.theta + TAU * f64::from(turn) / f64::from(turns);
+                Region { pose: Pose2 { theta, ..goal.pose }, position: goal.position_tolerance, heading }
+            })
+            .collect();
+        let found = self.paths.enclosure(&state, body, &regions, stop, &mut scratch.paths);
+        scratch.state = state;
+        found
     }
 
     /// A path of `body` to `to` as if the bodies of `without` were not there, if one is found soon.

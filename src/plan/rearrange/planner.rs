@@ -2,7 +2,8 @@
 
 use std::sync::{Arc, Mutex};
 
-use super::domain::Rearrange;
+use super::certain;
+use super::domain::{Proposals, Rearrange};
 use super::hbfs;
 use super::improve::{self, Candidate, Found, Limits};
 use super::mover::{Mover, MoverScratch};
@@ -38,6 +39,8 @@ pub struct RearrangePlanner {
     tree: Tree<Rearrange>,
     /// The rest of the last plan and the state it begins at.
     known: Option<(State, Vec<Move>)>,
+    /// Why the problem has no solution, and the state that it is known for.
+    impossible: Option<(State, Vec<Reason>)>,
     /// Decisions since the last reset: each has random numbers of its own.
     decisions: u64,
 }
@@ -61,6 +64,7 @@ impl RearrangePlanner {
             scratches: Vec::new(),
             tree: Tree::new(),
             known: None,
+            impossible: None,
             decisions: 0,
         })
     }
@@ -103,26 +107,61 @@ impl RearrangePlanner {
     /// Forgets what was found.
     pub fn reset(&mut self) {
         self.known = None;
+        self.impossible = None;
         self.decisions = 0;
+    }
+
+    /// Estimated bytes that the planner holds: the search tree and the paths known.
+    pub fn memory_bytes(&self) -> usize {
+        let Some(mover) = &self.mover else { return 0 };
+        let counts = Proposals::Sampled(self.options.samples);
+        let domain = Rearrange::new(Arc::clone(mover), counts, self.options.reward);
+        mover.memory_bytes() + self.tree.bytes(&domain)
     }
 
     fn decide(&mut self, problem: &Rearrangement, budget: Budget, control: &Control) -> Result<RearrangePlan> {
         let budget = self.effective(budget);
         let stop = budget.start(&control.cancel);
+        self.decide_until(problem, budget, &stop, control)
+    }
+
+    /// Decides until the stop asks for the end.
+    pub(super) fn decide_until(
+        &mut self,
+        problem: &Rearrangement,
+        budget: Budget,
+        stop: &Stop,
+        control: &Control,
+    ) -> Result<RearrangePlan> {
         problem.validate()?;
         let mover = self.prepare(problem)?;
+        // Half of the bytes are the paths', half the tree's.
+        mover.limit_bytes(budget.bytes.map(|bytes| bytes / 2));
+        let halved = Budget { bytes: budget.bytes.map(|bytes| (bytes / 2).max(1)), ..budget };
         let mut plan = RearrangePlan::empty(Outcome::Infeasible, &self.options.planner, self.options.seed);
         let seed = Key::new(self.options.seed).child(self.decisions).bits();
-        if problem.solved(&problem.start) {
-            plan.outcome = Outcome::Solved;
-        } else if cancelled(&stop) {
-            plan.outcome = Outcome::Cancelled;
-        } else {
+        let solved = problem.solved(&problem.start);
+        let shown = if solved { Vec::new() } else { self.impossible(&mover, stop) };
+        let mut found = Found::default();
+        found.best.solved = solved;
+        if !solved && shown.is_empty() && !cancelled(stop) {
             self.decisions += 1;
-            let (found, considered) = self.search(&mover, budget, seed, &stop, control)?;
-            plan.considered = considered;
-            self.fill(&mut plan, &mover, found, &budget, &stop);
+            (found, plan.considered) = self.search(&mover, halved, seed, stop, control)?;
+            if !found.best.solved && found.best.moves.is_empty() {
+                let start = Layout::new(&problem.start);
+                let moves = certain::useful(&mover, &start, &mut MoverScratch::default(), stop);
+                found.best = improve::candidate(&mover, &start, moves);
+            }
         }
+        let limit = match &found {
+            Found { settled: true, .. } => None,
+            Found { full: true, .. } => Some(Reason::memory(&budget)),
+            _ => Reason::limit(&budget, stop.reason()),
+        };
+        let short = vec![Reason::NoPlanFound { most_moves: self.max_moves(&mover) }];
+        let ending = Ending { cancelled: cancelled(stop), solved: found.best.solved, shown, limit, short };
+        (plan.outcome, plan.reasons) = ending.conclude();
+        self.fill(&mut plan, &mover, found);
         plan.statistics.seconds = stop.elapsed().as_secs_f64();
         Ok(plan)
     }
@@ -166,7 +205,7 @@ impl RearrangePlanner {
         control: &Control,
     ) -> Result<(Found, Vec<RankedMove>)> {
         match self.options.planner.as_str() {
-            "hbfs" => Ok((self.hbfs(mover, seed, stop)?, Vec::new())),
+            "hbfs" => Ok((self.hbfs(mover, budget, seed, stop)?, Vec::new())),
             "pmmr" => {
                 let known = self.rest_of_last(mover).filter(|_| self.options.variant == Variant::Tuned);
                 let means = pmmr::Means {
@@ -195,13 +234,14 @@ impl RearrangePlanner {
     }
 
     /// Parallel runs with seeds of their own; the best of them.
-    fn hbfs(&mut self, mover: &Arc<Mover>, seed: u64, stop: &Stop) -> Result<Found> {
+    fn hbfs(&mut self, mover: &Arc<Mover>, budget: Budget, seed: u64, stop: &Stop) -> Result<Found> {
         self.scratches.resize_with(self.pool.workers(), Mutex::default);
         let start = Layout::new(&mover.table.problem.start);
         let max_moves = self.max_moves(mover);
         let samples = self.options.samples;
-        let mut runs: Vec<(Key, Vec<Move>)> =
-            (0..self.options.seeds as u64).map(|run| (Key::new(seed).child(run), Vec::new())).collect();
+        let wanted = self.options.seeds as u64;
+        let most = budget.iterations.map_or(wanted, |most| most.min(wanted));
+        let mut runs: Vec<(Key, Vec<Move>)> = (0..most).map(|run| (Key::new(seed).child(run), Vec::new())).collect();
         self.pool.for_each_group(&mut runs, 1, &self.scratches, |scratch, runs| {
             for (key, moves) in runs {
                 *moves = hbfs::run(mover, &samples, scratch, &start, max_moves, &mut key.stream(), stop);
@@ -219,7 +259,8 @@ impl RearrangePlanner {
                 best = Some(new);
             }
         }
-        Ok(Found { best: best.unwrap_or_default(), attempts, at_least: 0, settled: true })
+        let settled = attempts == wanted && !stop.requested();
+        Ok(Found { best: best.unwrap_or_default(), attempts, at_least: 0, settled, full: false })
     }
 
     fn untangle(
@@ -243,8 +284,24 @@ impl RearrangePlanner {
         improve::search(mover, &mut self.workers, known, &limits)
     }
 
+    /// Why there is no plan at all; worked out once for where the bodies are.
+    fn impossible(&mut self, mover: &Mover, stop: &Stop) -> Vec<Reason> {
+        let start = &mover.table.problem.start;
+        if let Some((state, known)) = &self.impossible
+            && state == start
+        {
+            return known.clone();
+        }
+        let reasons = certain::impossible(mover, &Layout::new(start), &mut MoverScratch::default(), stop);
+        // What was shown holds, whenever the work was asked to end; that nothing was shown may be for want of time.
+        if !reasons.is_empty() || !stop.requested() {
+            self.impossible = Some((start.clone(), reasons.clone()));
+        }
+        reasons
+    }
+
     /// Makes the plan of what was found.
-    fn fill(&mut self, plan: &mut RearrangePlan, mover: &Mover, found: Found, budget: &Budget, stop: &Stop) {
+    fn fill(&mut self, plan: &mut RearrangePlan, mover: &Mover, found: Found) {
         plan.statistics = PlanStatistics {
             iterations: found.attempts,
             nodes: found.attempts,
@@ -252,15 +309,11 @@ impl RearrangePlanner {
             no_plan_within: found.at_least.checked_sub(1).map(|moves| moves as u32),
             ..PlanStatistics::default()
         };
-        let limit = if found.settled { None } else { Reason::limit(budget, stop.reason()) };
-        let short = vec![Reason::NoPlanFound { most_moves: self.max_moves(mover) }];
-        let ending =
-            Ending { cancelled: cancelled(stop), solved: found.best.solved, limit, short, ..Ending::default() };
-        (plan.outcome, plan.reasons) = ending.conclude();
-        if plan.outcome == Outcome::Cancelled {
+        if matches!(plan.outcome, Outcome::Cancelled | Outcome::Infeasible) {
+            plan.considered.clear();
             return;
         }
-        plan.cost = found.best.moves.iter().map(|action| mover.costs.metres(action)).sum();
+        plan.cost = found.best.moves.iter().fold(0.0, |sum, action| sum + mover.costs.metres(action));
         plan.robot_seconds = found.best.seconds;
         let mut predicted = mover.table.problem.start.clone();
         if found.best.solved {

@@ -136,6 +136,7 @@ pub fn search(
         }
         if report.reason != EndReason::Iterations {
             found.settled = matches!(report.reason, EndReason::Exhausted | EndReason::Solved);
+            found.full = report.reason == EndReason::Memory;
             break;
         }
     }
@@ -154,7 +155,7 @@ fn first(
     means: &Means,
 ) -> Result<Found> {
     let stop = means.stop.sooner(FIRST);
-    let iterations = means.budget.iterations.map(|most| (most as f64 * FIRST) as u64);
+    let iterations = means.budget.iterations.map(|most| ((most as f64 * FIRST) as u64).max(1));
     let limits = Limits {
         pool: means.pool,
         stop: &stop,

@@ -181,6 +181,9 @@ impl Worker {
         }
         for index in 0..self.order.len() {
             let body = self.order[index];
+            if stop.requested() {
+                return false;
+            }
             let Some(place) = direct(table, &self.layout, body) else { continue };
             let dragged = table.drag_only.contains(body);
             if waiting && manner.wary && !dragged && self.corridors_at(mover, body, &place.pose) != Mask::EMPTY {
@@ -225,12 +228,15 @@ impl Worker {
         mask
     }
 
-    /// The graph of goals and corridors.
+    /// The graph of goals and corridors; not all of it where the work was asked to end.
     pub fn find_graph(&mut self, mover: &Mover, misplaced: Mask, stop: &Stop) {
         let table = &mover.table;
         self.find_corridors(mover, misplaced, stop);
         self.graph.clear(table.len());
         for body in misplaced.iter() {
+            if stop.requested() {
+                return;
+            }
             let mut blockers = table.goal_blockers(&self.layout, body);
             for other in table.movable.iter().filter(|&other| other != body) {
                 let (footprint, frame) = (table.footprint(other), self.layout.pose(other).frame());
@@ -251,6 +257,9 @@ impl Worker {
         self.find_graph(mover, misplaced, stop);
         for index in 0..BODIES {
             let any = index >= CHOSEN;
+            if stop.requested() {
+                return false;
+            }
             let Some(body) = self.whom(mover, misplaced, any, stream) else { return false };
             if let Some(action) = self.aside(mover, body, misplaced, stream, stop) {
                 self.make(action);
@@ -307,7 +316,7 @@ impl Worker {
             return mover.attempt(&mut self.mover, &self.layout, body, place.pose, stop);
         }
         let any = stream.chance(ANY_PLACE);
-        self.rank_places(mover, body, misplaced, any, stream);
+        self.rank_places(mover, body, misplaced, any, stream, stop);
         let tried = if table.drag_only.contains(body) { PATHS } else { 1 };
         for index in 0..self.places.len().min(tried) {
             let pose = self.places[index].1;
@@ -319,15 +328,27 @@ impl Worker {
         None
     }
 
-    /// Free places for `body`, the best first or, with `any`, in an order of their detours alone. The graph must have been
-    /// found.
-    pub fn rank_places(&mut self, mover: &Mover, body: usize, misplaced: Mask, any: bool, stream: &mut Stream) {
+    /// Free places for `body`, the best first or, with `any`, in an order of their detours alone; none where the work was
+    /// asked to end. The graph must have been found.
+    pub fn rank_places(
+        &mut self,
+        mover: &Mover,
+        body: usize,
+        misplaced: Mask,
+        any: bool,
+        stream: &mut Stream,
+        stop: &Stop,
+    ) {
         let table = &mover.table;
         let now = self.layout.pose(body);
-        self.find_places(mover, body, stream);
+        self.find_places(mover, body, stream, stop);
         let home = table.goal_pose(body, &now).unwrap_or(now);
         let straight = (home.position() - now.position()).norm();
         for index in 0..self.places.len() {
+            if stop.requested() {
+                self.places.clear();
+                return;
+            }
             let pose = self.places[index].1;
             let detour =
                 (pose.position() - now.position()).norm() + (home.position() - pose.position()).norm() - straight;
@@ -379,11 +400,14 @@ impl Worker {
     }
 
     /// Free places for `body`.
-    fn find_places(&mut self, mover: &Mover, body: usize, stream: &mut Stream) {
+    fn find_places(&mut self, mover: &Mover, body: usize, stream: &mut Stream, stop: &Stop) {
         let table = &mover.table;
         let now = self.layout.pose(body);
         self.places.clear();
         for draw in 0..ANYWHERE + NEARBY {
+            if stop.requested() {
+                return;
+            }
             let mut pose = anywhere(table, body, stream);
             if draw >= ANYWHERE {
                 let (x, y, turn) = (stream.normal(), stream.normal(), stream.normal());
@@ -397,7 +421,7 @@ impl Worker {
         let layout = &self.layout;
         let free = tiles(table, body).into_iter().filter(|pose| table.is_free(layout, body, pose));
         self.places.extend(free.map(|pose| (0.0, pose)));
-        mover.retain_reachable(&mut self.mover, &self.layout, body, &mut self.places);
+        mover.retain_reachable(&mut self.mover, &self.layout, body, &mut self.places, stop);
     }
 }
 
