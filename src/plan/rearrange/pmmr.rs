@@ -135,7 +135,9 @@ pub fn search(
             idle = 0;
         }
         if report.reason != EndReason::Iterations {
-            found.settled = matches!(report.reason, EndReason::Exhausted | EndReason::Solved);
+            // A tree whose moves were broken off has tried nothing to its end.
+            let ended = matches!(report.reason, EndReason::Exhausted | EndReason::Solved);
+            found.settled = ended && !means.stop.requested();
             found.full = report.reason == EndReason::Memory;
             break;
         }
