@@ -66,9 +66,9 @@ fn a_library_that_is_no_runtime_is_refused_again_and_again_and_one_that_is_then_
     for (name, source, says) in [
         ("old", FAKE.replace("VERSION", "\"1.22.0\""), "is version 1.22.0; 1.24 or newer is needed"),
         ("next", FAKE.replace("VERSION", "\"2.0.0\""), "is version 2.0.0; 1.24 or newer is needed"),
-        ("odd", FAKE.replace("VERSION", "\"\""), "1.24 or newer is needed"),
+        ("odd", FAKE.replace("VERSION", "\"\""), "is version ; 1.24 or newer is needed"),
         ("mute", FAKE.replace("VERSION", "0"), "does not say its version"),
-        ("hollow", FAKE.replace("VERSION", "\"1.30.0\""), "without the interface of 1.24"),
+        ("hollow", FAKE.replace("VERSION", "\"1.30.0\""), "is version 1.30.0 without the interface of 1.24"),
         ("other", "int nothing;".into(), "is not ONNX Runtime (it has no OrtGetApiBase)"),
     ] {
         let (file, library) = (folder.join(name).with_extension("c"), folder.join(format!("lib{name}.so")));
