@@ -4,6 +4,9 @@ mod common;
 #[path = "common/onnx.rs"]
 mod onnx;
 
+use std::path::PathBuf;
+use std::sync::OnceLock;
+
 use common::{Link, build, compiler, output, root, run, scratch};
 
 #[test]
@@ -22,9 +25,11 @@ fn the_cpp_header_owns_throws_and_converts() {
     assert_eq!(text, "def.mass: is -1; it must lie in 1e-9 to 1000 kg (from a microgram to a tonne)\n");
 }
 
-/// Runs a program of `hosts.c`, which may print nothing to stderr.
+/// Runs a program of `hosts.c`, which may print nothing to stderr. It is built once: tests run side by side.
 fn host(arguments: &[&str], variables: &[(&str, &str)]) {
-    host_at(&build(&["tests/capi/hosts.c"], "hosts", Link::Shared, &["-ldl"]), arguments, variables);
+    static PROGRAM: OnceLock<PathBuf> = OnceLock::new();
+    let program = PROGRAM.get_or_init(|| build(&["tests/capi/hosts.c"], "hosts", Link::Shared, &["-ldl"]));
+    host_at(program, arguments, variables);
 }
 
 fn host_at(program: &std::path::Path, arguments: &[&str], variables: &[(&str, &str)]) {

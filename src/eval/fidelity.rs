@@ -216,7 +216,7 @@ mod tests {
     #[test]
     fn a_bad_line_is_named() {
         for (text, wanted) in [
-            (format!("{}\n{{", line()), "line 2: EOF"),
+            (format!("{}\n{{", line()), "recording: EOF while parsing an object (line 2"),
             (line().replace("[[0.52, 0, 0], ", "["), "line 1: after: has 1 poses for 2 shapes"),
             (line().replacen("\"mass\": 0.1", "\"mass\": -1", 1), "line 1: bodies[0].mass: is -1"),
             ("\n".to_string(), "holds no recorded pushes"),

@@ -288,6 +288,8 @@ pub unsafe extern "C" fn jostle_plan_reason(
     length: *mut usize,
 ) -> jostle_status {
     with("jostle_plan_reason", plan, |plan| {
+        // SAFETY: the caller promises a writable place.
+        unsafe { out(length, "length") }?;
         let reasons = plan.reasons();
         let reason = reasons.get(index).ok_or_else(|| {
             let text = format!("index: is {index}; the plan has {} reasons", reasons.len());

@@ -604,6 +604,7 @@ int main(void)
     jostle_workspace good_jostle_workspace = jostle_workspace_default();
     jostle_planner_options good_jostle_planner_options = jostle_planner_options_default();
     jostle_solve_options good_jostle_solve_options = jostle_solve_options_default();
+    jostle_body_info good_jostle_body_info;
     jostle_goal good_jostle_goal = jostle_goal_default();
     jostle_progress good_jostle_progress = jostle_progress_default();
     jostle_plan_statistics good_jostle_plan_statistics = jostle_plan_statistics_default();
