@@ -381,7 +381,8 @@ fn the_search_benchmark_reports_every_number() {
     let folder = Folder::new();
     let scene = folder.scene("two.json");
     let few = ["--planners", "pmbs,untangle,greedy", "--bodies", "5", "--each", "8"];
-    let report = json(&[&["bench", "search", &scene, "--decisions", "5", "--iterations", "5", "--json"], &few[..]].concat());
+    let report =
+        json(&[&["bench", "search", &scene, "--decisions", "5", "--iterations", "5", "--json"], &few[..]].concat());
     for path in [
         "/bookkeeping/pmbs/us_per_simulation",
         "/bookkeeping/mcts/us_per_simulation",

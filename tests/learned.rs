@@ -9,7 +9,7 @@ use jostle::net::{
     GraspMap, ImageScratch, MapGrasp, MotionModel, ObjectBatch, PushValue, PushValueScratch, TargetProbability,
 };
 use jostle::plan::clear::{ClearOptions, ClearPlanner};
-use jostle::plan::{Control, Outcome, OwnNetworks, Plan, Planner, PlannerOptions, Variant};
+use jostle::plan::{Confirm, Control, Outcome, OwnNetworks, Plan, Planner, PlannerOptions, Variant};
 use jostle::run::{Budget, Stop};
 use jostle::scene::{BodyDef, Clearing, Problem, Scene, SceneBuilder, State};
 
@@ -53,8 +53,11 @@ fn up(push: &Push) -> f64 {
     0.5 + 0.5 * push.angle().sin()
 }
 
-/// Moves every body whose centre lies before the tip, and less than its half width beside it, by the push; the others stay.
+/// Moves every body that the tip meets by the push; the others stay.
 struct CarriesAlong;
+
+/// A square of 45 mm whose centre is nearer to the way of the 30 mm tip is met.
+const BESIDE: f64 = 0.038;
 
 impl MotionModel for CarriesAlong {
     fn name(&self) -> &str {
@@ -77,7 +80,7 @@ impl MotionModel for CarriesAlong {
                 let [x, y] = batch.centre(item, body);
                 // The tip touches a square of 45 mm this far before its centre.
                 let reach = (length - (x - 0.0335)).clamp(0.0, length);
-                motions.push([if y.abs() < 0.02 && x > 0.0 { reach as f32 } else { 0.0 }, 0.0, 0.0]);
+                motions.push([if y.abs() < BESIDE && x > 0.0 { reach as f32 } else { 0.0 }, 0.0, 0.0]);
             }
         }
         Ok(())
@@ -156,7 +159,9 @@ fn foresight_plans_with_the_motions_that_the_network_predicts() {
     };
     let problem = walled();
     for planner in ["vft", "dipn"] {
-        let plan = solve(options(planner), own(), &problem);
+        // As the network has it, not as an engine that confirms.
+        let options = PlannerOptions { confirm: Confirm::Off, ..options(planner) };
+        let plan = solve(options, own(), &problem);
         let push = first_push(&plan);
         let predicted = &plan.actions[0].predicted;
         // What moved went along the push and did not turn: nothing but the stand-in does that.

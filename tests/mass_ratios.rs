@@ -231,7 +231,8 @@ fn a_row_of_uneven_masses_has_the_same_bits_alone_and_in_a_batch() {
 #[test]
 #[ignore = "prints a table"]
 fn table() {
-    let rows: [(&str, fn(f64) -> Vec<f64>); 4] = [
+    type Masses = fn(f64) -> Vec<f64>;
+    let rows: [(&str, Masses); 4] = [
         ("light, heavy", |ratio| vec![5.0 / ratio, 5.0]),
         ("heavy, light", |ratio| vec![0.05 * ratio, 0.05]),
         ("light, heavy, light", |ratio| vec![5.0 / ratio, 5.0, 5.0 / ratio]),

@@ -517,7 +517,7 @@ fn bad_problems_are_typed_errors_and_the_planner_goes_on() {
             (bad(&|p| p.target = 9), "target: "),
             (Problem { scene: fixed, ..good.clone() }, "target: "),
             (bad(&|p| p.state.set_pose(2, Pose2::new(0.51, 0.0, 0.0))), "poses[2]: "),
-            (bad(&|p| p.state.set_pose(2, Pose2::new(f64::NAN, 0.0, 0.0))), "poses[2]: "),
+            (bad(&|p| p.state.set_pose(2, Pose2::new(f64::NAN, 0.0, 0.0))), "poses[2].x: "),
             (bad(&|p| p.state = State::new([Pose2::new(0.5, 0.0, 0.0)])), "poses: "),
         ];
         for (problem, name) in cases {

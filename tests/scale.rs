@@ -343,7 +343,7 @@ fn a_target_that_no_grasp_fits_is_shown_infeasible_at_once_with_the_two_numbers(
             let told = (plan.outcome, plan.actions.len(), plan.statistics.iterations);
             assert_eq!(told, (Outcome::Infeasible, 0, 0), "{planner} {shape:?}");
             match (&plan.reasons[..], width) {
-                ([Reason::TooWide { body, width, opening: most }], Some(least)) => {
+                ([Reason::TooWide { body, width, opening: most, .. }], Some(least)) => {
                     assert_eq!(body, "target");
                     assert!((width - least).abs() < 1e-5 && *most == opening, "{:?}", plan.reasons);
                     let text = plan.reasons[0].to_string();

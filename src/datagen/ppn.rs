@@ -188,6 +188,7 @@ impl Task for PpnTask {
             scorer: Box::new(GeometricScorer::new(scene, GraspParams::default())?),
             reward: Reward { shaping: SHAPING, solved_score: GraspDecision::default().solved_score },
             demand: 0.0,
+            unsolved: Default::default(),
         };
         let search = self.params.search();
         let mut out = SceneRows::default();

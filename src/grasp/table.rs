@@ -59,7 +59,8 @@ pub(super) struct Tables {
 impl Tables {
     pub fn new(scene: &Scene, params: &GraspParams) -> Tables {
         Tables {
-            bodies: vec![OnceLock::new(); scene.len()],
+            // Not `vec![..; n]`: valgrind takes the copy of an empty cell for a use of what it does not hold.
+            bodies: std::iter::repeat_with(OnceLock::new).take(scene.len()).collect(),
             measures: scene.bodies().iter().map(|b| (b.footprint.area, b.footprint.radius)).collect(),
             params: params.fitted(scene.gripper()),
             grasper: scene.gripper().grasp,

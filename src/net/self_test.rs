@@ -238,10 +238,10 @@ fn alone_and_in_company(model: &Model, stop: &Stop) -> Result<()> {
             Ok((0..order.len()).map(|item| outputs.iter().flat_map(|output| part(item, output)).collect()).collect())
         };
         let together = answer(&(0..chunk).collect::<Vec<_>>())?;
-        for item in 0..chunk {
+        for (item, among) in together.iter().enumerate() {
             // Turned, so that it lies in another place beside others; and alone.
             let turned: Vec<usize> = (0..chunk).map(|k| (item + k) % chunk).collect();
-            if answer(&turned)?[0] != together[item] || answer(&[item])?[0] != together[item] {
+            if answer(&turned)?[0] != *among || answer(&[item])?[0] != *among {
                 let found = format!("item {item} of {objects} bodies with others where the others or its place differ");
                 let expected = "the same bits for an item alone, in any company and in any place";
                 return Err(Error::model(&info.path, ModelFault::SelfTest, expected, found));

@@ -1,6 +1,7 @@
 //! The planner object: options in, plans out, a search tree kept between decisions.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::confirm::{Confirmed, Weighed};
 use super::decision::{Decision, Found, From, cancelled};
@@ -296,8 +297,11 @@ impl Planner {
         };
         let nothing = ended == EndReason::Exhausted && self.tree.root_children().all(|child| child.illegal);
         let proposed = self.tree.root_children().count() as u64;
-        let shown = if nothing { vec![Reason::NoLegalPush { proposed }] } else { Vec::new() };
-        let short = vec![Reason::TriedAll { actions: self.recipe.search.max_depth }];
+        // A push that the engine could not solve may be of use: that nothing can be done is not shown then.
+        let unsolved = self.domain.as_ref().is_some_and(|domain| domain.unsolved.load(Ordering::Relaxed));
+        let shown = if nothing && !unsolved { vec![Reason::NoLegalPush { proposed }] } else { Vec::new() };
+        let tried = Reason::TriedAll { actions: self.recipe.search.max_depth };
+        let short = vec![if nothing { Reason::Unsolved } else { tried }];
         Ending { limit, shown, short, ..Ending::default() }
     }
 
@@ -416,7 +420,10 @@ impl Planner {
 fn unholdable(domain: &Retrieval) -> Option<Reason> {
     let body = domain.scene.body(domain.target).name.clone();
     Some(match domain.scorer.unholdable(&domain.scene, domain.target)? {
-        Unholdable::TooWide { width } => Reason::TooWide { body, width, opening: domain.scene.gripper().grasp.opening },
+        Unholdable::TooWide { width } => {
+            let jaw = &domain.scene.gripper().grasp;
+            Reason::TooWide { body, width, opening: jaw.opening, gap: jaw.fit.max(jaw.finger_clearance) }
+        }
         Unholdable::NoFaces => Reason::NoHold { body },
     })
 }
@@ -449,6 +456,7 @@ fn prepare(options: &PlannerOptions, recipe: &Recipe, networks: &Networks, probl
         prior: networks.prior.clone(),
         reward: recipe.reward,
         demand: 0.0,
+        unsolved: AtomicBool::new(false),
     })
 }
 

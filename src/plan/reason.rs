@@ -14,9 +14,9 @@ use crate::run::{Budget, StopReason};
 pub enum Reason {
     /// Of so many pushes that were proposed none is legal and of use.
     NoLegalPush { proposed: u64 },
-    /// Wherever the jaw could hold the target, the target is at least so wide, and the jaw opens no farther than this,
-    /// metres.
-    TooWide { body: String, width: f64, opening: f64 },
+    /// Wherever the jaw could hold the target, the target is at least so wide, the jaw opens no farther than this, and
+    /// needs so much room on either side, metres.
+    TooWide { body: String, width: f64, opening: f64, gap: f64 },
     /// The pads never cover enough of the target, or meet faces that are too far out of parallel.
     NoHold { body: String },
     /// No body that is left can be grasped as it lies. Of so many, a grasp was tried and failed.
@@ -27,6 +27,8 @@ pub enum Reason {
     /// A body that can only be dragged stands too near to one that stays where it is, or over the workspace's edge: no
     /// drag begins.
     Stuck { body: String },
+    /// None of the pushes could be followed to its end by the engine, whose answers may be wrong then.
+    Unsolved,
     /// The search ended by itself: it tried every sequence of at most so many actions.
     TriedAll { actions: u32 },
     /// The search ended by itself, with plans of at most so many moves.
@@ -70,12 +72,17 @@ impl fmt::Display for Reason {
                 "of {proposed} pushes proposed none is legal and of use: each touches a body before it should, moves \
                  nothing, or drives a body out of the workspace; choose another `sampler` or `push_length`, or make room"
             ),
-            Reason::TooWide { body, width, opening } => write!(
+            Reason::TooWide { body, width, opening, gap } => write!(
                 f,
-                "\"{body}\" is {:.1} mm wide where it is narrowest, and the jaw opens {:.1} mm and needs a gap on either \
-                 side; use a wider gripper, or choose another target",
+                "\"{body}\" is {:.1} mm wide where it is narrowest, and the jaw opens {:.1} mm and needs a gap of {:.1} mm on \
+                 either side; use a wider gripper, or choose another target",
                 width * 1e3,
-                opening * 1e3
+                opening * 1e3,
+                gap * 1e3
+            ),
+            Reason::Unsolved => f.write_str(
+                "no push is known to be of use, and some could not be simulated: the engine left the tip or a body in another \
+                 body; use a finer `preset` or another engine",
             ),
             Reason::NoHold { body } => write!(
                 f,
@@ -205,12 +212,13 @@ mod tests {
             Reason::NoLegalPush { proposed: 44 },
             Reason::NoGrasp { failed: 0 },
             Reason::NoGrasp { failed: 2 },
-            Reason::TooWide { body: "box".into(), width: 0.045, opening: 0.03 },
+            Reason::TooWide { body: "box".into(), width: 0.045, opening: 0.03, gap: 0.003 },
             Reason::NoHold { body: "box".into() },
             Reason::Enclosed { body: "box".into(), by: Vec::new() },
             Reason::Enclosed { body: "box".into(), by: by[..1].to_vec() },
             Reason::Enclosed { body: "box".into(), by },
             Reason::Stuck { body: "box".into() },
+            Reason::Unsolved,
             Reason::TriedAll { actions: 4 },
             Reason::NoPlanFound { most_moves: 20 },
             Reason::Left { bodies: 3 },

@@ -2,6 +2,7 @@
 
 use std::any::Any;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::action::{Push, PushSampler, SamplerScratch};
 use crate::geom::normalize_angle;
@@ -38,6 +39,8 @@ pub struct Retrieval {
     pub reward: Reward,
     /// A grasp has to score at least this as well: more than one that was tried and failed. 0 asks for nothing more.
     pub demand: f64,
+    /// The engine left a push unsolved.
+    pub unsolved: AtomicBool,
 }
 
 /// However good a grasp was that failed, a simulated state whose grasp scores this much is a solution.
@@ -192,8 +195,10 @@ impl Domain for Retrieval {
                     std::mem::swap(&mut job.outcome.state, &mut result.state);
                     self.judge(scratch, job.key, Some(&job.action), &mut job.outcome, stop);
                 }
-                PushStatus::Executed | PushStatus::Illegal { .. } | PushStatus::Unsolved => {
-                    job.outcome.status = Status::Illegal
+                PushStatus::Executed | PushStatus::Illegal { .. } => job.outcome.status = Status::Illegal,
+                PushStatus::Unsolved => {
+                    self.unsolved.store(true, Ordering::Relaxed);
+                    job.outcome.status = Status::Illegal;
                 }
                 PushStatus::Interrupted => job.outcome.status = Status::Interrupted,
             }

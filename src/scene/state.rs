@@ -25,12 +25,18 @@ const GREATEST_ANGLE: f32 = 3.141_592_5;
 /// Refuses a pose that a state cannot hold well enough. Asks of x and y what single precision makes of them, so that
 /// what is stored is judged as what was given.
 pub fn check_pose(field: &str, pose: &Pose2) -> Result<()> {
-    for (axis, value) in [("x", pose.x), ("y", pose.y)] {
-        if !(bounds::POSITION.least..=bounds::POSITION.greatest).contains(&f64::from(value as f32)) {
-            bounds::POSITION.check(&format!("{field}.{axis}"), value)?;
+    let axes = [
+        ("x", pose.x, f64::from(pose.x as f32), bounds::POSITION),
+        ("y", pose.y, f64::from(pose.y as f32), bounds::POSITION),
+        ("theta", pose.theta, pose.theta, bounds::HEADING),
+    ];
+    // Names are made only for what is refused: warm images allocate nothing.
+    for (axis, value, stored, bound) in axes {
+        if !(bound.least..=bound.greatest).contains(&stored) {
+            bound.check(&format!("{field}.{axis}"), value)?;
         }
     }
-    bounds::HEADING.check(&format!("{field}.theta"), pose.theta)
+    Ok(())
 }
 
 impl From<Pose2> for BodyPose {

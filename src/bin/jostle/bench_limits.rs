@@ -346,7 +346,9 @@ fn lattice(bodies: usize, pitch: f64, bulky: bool, draw: &mut Stream) -> Outcome
     builder.workspace(Workspace { min: [-half, -half], max: [half, half], ..Workspace::default() });
     if bulky {
         let mut gripper = Gripper::default();
-        gripper.grasp.finger_clearance = 0.1;
+        // Something is always in their way.
+        gripper.grasp.finger_width = 2.0;
+        gripper.grasp.finger_thickness = 2.0;
         builder.gripper(gripper);
     }
     let mut poses = Vec::with_capacity(bodies);

@@ -163,7 +163,9 @@ fn seven_bodies(seed: u64) -> Outcome<Problem> {
 /// work on the way.
 fn unsolvable(problem: &Problem) -> Outcome<Problem> {
     let mut gripper = problem.scene.gripper().clone();
-    gripper.grasp.finger_clearance = 0.1;
+    // So large that something is always in their way, but for a target that is alone.
+    gripper.grasp.finger_width = 2.0;
+    gripper.grasp.finger_thickness = 2.0;
     Ok(with_gripper(problem, &gripper)?)
 }
 

@@ -589,7 +589,7 @@ fn reshape(node: &Node, inputs: &Inputs<'_>) -> Result<Made, String> {
     }
     let (count, rest) = (from.count(), product(&dims));
     if let Some(k) = open {
-        dims[k] = if rest == 0 { 0 } else { count / rest };
+        dims[k] = count.checked_div(rest).unwrap_or(0);
     }
     if product(&dims) != count {
         return misfit();
