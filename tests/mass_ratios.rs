@@ -226,6 +226,42 @@ fn a_row_of_uneven_masses_has_the_same_bits_alone_and_in_a_batch() {
     }
 }
 
+/// Friction of 2 to 10 between bodies, which is allowed, makes solvers diverge: then the push is unsolved.
+#[test]
+fn what_is_executed_throws_no_body_away_however_rough_bodies_are() {
+    let mut random = Key::new(77).stream();
+    let mut unsolved = 0;
+    for (name, preset) in [("planar", "fast"), ("planar", "fine"), ("prism", "fast"), ("rapier", "fast")] {
+        for _ in 0..40 {
+            let friction = random.uniform(2.0, 10.0);
+            let mut builder = SceneBuilder::new();
+            let mut poses = Vec::new();
+            let mut right = 0.0;
+            for _ in 0..2 + random.index(3) {
+                let [half_x, half_y] = [random.uniform(0.01, 0.03), random.uniform(0.01, 0.03)];
+                let body = BodyDef { friction, ..BodyDef::new(Shape::rectangle(2.0 * half_x, 2.0 * half_y)) };
+                builder.add_body(body).unwrap();
+                poses.push(Pose2::new(right + half_x, random.uniform(-0.005, 0.005), 0.0));
+                right += 2.0 * half_x;
+            }
+            let (scene, state) = (Arc::new(builder.build().unwrap()), State::new(poses));
+            let x = random.uniform(0.0, right);
+            let push = Push::new(vec2(x, -0.05), vec2(x + random.uniform(-0.02, 0.02), 0.08));
+            let options = PhysicsOptions {
+                preset: preset.into(),
+                ..PhysicsOptions::named(name, None, Purpose::Planning).unwrap()
+            };
+            let result = run(&*engine(&options, scene).unwrap(), &state, push);
+            unsolved += u32::from(result.status == PushStatus::Unsolved);
+            for (i, pose) in result.state.iter() {
+                let went = (pose.position() - state.pose(i).position()).norm();
+                assert!(pose.is_finite() && went < 0.5, "{name} {preset}, friction {friction}: body {i} went {went} m");
+            }
+        }
+    }
+    assert!(unsolved > 0, "none of the scenes is as bad as it should be");
+}
+
 /// The table of `docs/engines.md`: `cargo test --release --features bullet --test mass_ratios table -- --ignored
 /// --nocapture`.
 #[test]

@@ -2,11 +2,13 @@
 
 use super::transition::{DEEPEST, PushJob, PushResult, PushStatus};
 use crate::action::Push;
-use crate::geom::{Obb, pieces_gap_below};
+use crate::geom::{Obb, Pose2, pieces_gap_below};
 use crate::scene::{Mask, Scene, State};
 
 /// A gap below this ends the free travel of the tip, metres.
 const NEAR: f64 = 2e-4;
+/// A body that goes farther than this many times the push and so many metres was thrown.
+const THROWN: (f64, f64) = (3.0, 0.05);
 /// A push that is shorter goes nowhere, metres.
 const LEAST_LENGTH: f64 = 1e-6;
 
@@ -47,7 +49,7 @@ impl Approach {
     }
 
     /// Ends a push whose result holds the state after: notes the bodies that left the workspace, or takes the push back
-    /// if the tip or a body ended in a body. (Where a body toppled the push ended before, and outlines say little.)
+    /// if the tip or a body ended in a body, or a body was thrown away. (Where a body toppled the push ended before, and outlines say little.)
     pub fn end(&self, scene: &Scene, job: &PushJob<'_>, result: &mut PushResult) {
         if !self.is_solved(scene, job, result) {
             return result.take_back(job.state);
@@ -71,10 +73,12 @@ impl Approach {
         if !result.state.iter().all(|(_, pose)| pose.is_finite()) {
             return false;
         }
-        let deep = || {
-            self.tip_ends_in_a_body(scene, job, &result.state) || self.flat && bodies_end_in_others(scene, job, result)
+        let wrong = || {
+            job.state.iter().any(|(i, pose)| is_thrown(&job.push, &pose, &result.state.pose(i)))
+                || self.tip_ends_in_a_body(scene, job, &result.state)
+                || self.flat && bodies_end_in_others(scene, job, result)
         };
-        !result.toppled.is_empty() || !deep()
+        !result.toppled.is_empty() || !wrong()
     }
 
     fn tip_ends_in_a_body(&self, scene: &Scene, job: &PushJob<'_>, after: &State) -> bool {
@@ -120,6 +124,12 @@ impl Approach {
         }
         Some(travel)
     }
+}
+
+/// Whether a body went farther than the push carries anything: solvers that diverge throw bodies away. A lever, such as a
+/// long body pushed beside its middle, makes more of the tip's way than one.
+pub fn is_thrown(push: &Push, before: &Pose2, after: &Pose2) -> bool {
+    (after.position() - before.position()).norm() > THROWN.0 * push.length() + THROWN.1
 }
 
 /// Whether a body that moved is in another, and deeper than before the push.

@@ -26,7 +26,7 @@ pub enum PushStatus {
     /// nothing was executed and the state is the one before.
     Illegal { body: Option<usize> },
     /// The engine could not solve the push, as a body is far too light between others: the tip or a body came deeper into
-    /// a body than [`DEEPEST`] allows. Nothing was executed and the state is the one before.
+    /// a body than [`DEEPEST`] allows, or a body was thrown farther than a push carries it. Nothing was executed and the state is the one before.
     Unsolved,
     /// The stop was requested before the end; the state is not to be used.
     Interrupted,
@@ -52,6 +52,11 @@ pub struct PushResult {
 }
 
 impl PushResult {
+    /// The engine does not say what the push does in the end: it could not solve it, or a body toppled.
+    pub fn leaves_open(&self) -> bool {
+        self.status == PushStatus::Unsolved || !self.toppled.is_empty()
+    }
+
     /// What became of a push that could not be solved: nothing.
     pub(super) fn take_back(&mut self, before: &State) {
         self.state.clone_from(before);

@@ -27,7 +27,7 @@ pub enum Reason {
     /// A body that can only be dragged stands too near to one that stays where it is, or over the workspace's edge: no
     /// drag begins.
     Stuck { body: String },
-    /// None of the pushes could be followed to its end by the engine, whose answers may be wrong then.
+    /// No push is known to be of use, and of some the engine left open what they do.
     Unsolved,
     /// The search ended by itself: it tried every sequence of at most so many actions.
     TriedAll { actions: u32 },
@@ -81,8 +81,8 @@ impl fmt::Display for Reason {
                 gap * 1e3
             ),
             Reason::Unsolved => f.write_str(
-                "no push is known to be of use, and some could not be simulated: the engine left the tip or a body in another \
-                 body; use a finer `preset` or another engine",
+                "no push is known to be of use, and what some do is open: a body toppled, or the engine left the tip or a body in \
+                 another body; use a finer `preset` or another engine",
             ),
             Reason::NoHold { body } => write!(
                 f,

@@ -39,7 +39,7 @@ pub struct Retrieval {
     pub reward: Reward,
     /// A grasp has to score at least this as well: more than one that was tried and failed. 0 asks for nothing more.
     pub demand: f64,
-    /// The engine left a push unsolved.
+    /// The engine left open what a push does.
     pub unsolved: AtomicBool,
 }
 
@@ -195,9 +195,10 @@ impl Domain for Retrieval {
                     std::mem::swap(&mut job.outcome.state, &mut result.state);
                     self.judge(scratch, job.key, Some(&job.action), &mut job.outcome, stop);
                 }
-                PushStatus::Executed | PushStatus::Illegal { .. } => job.outcome.status = Status::Illegal,
-                PushStatus::Unsolved => {
-                    self.unsolved.store(true, Ordering::Relaxed);
+                PushStatus::Executed | PushStatus::Illegal { .. } | PushStatus::Unsolved => {
+                    if result.leaves_open() {
+                        self.unsolved.store(true, Ordering::Relaxed);
+                    }
                     job.outcome.status = Status::Illegal;
                 }
                 PushStatus::Interrupted => job.outcome.status = Status::Interrupted,

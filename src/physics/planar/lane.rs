@@ -7,6 +7,7 @@ use super::sweep::{Cursor, Impulse, LANE_SLOTS, Record, SLOTS, TIP_SLOT};
 use super::trig::sin_cos;
 use super::uneven;
 use crate::geom::Pose2;
+use crate::physics::approach::is_thrown;
 use crate::physics::lanes::{LANES, Simd8};
 use crate::physics::narrow::{Frame2, Octet, Placed, contact};
 use crate::physics::transition::{DEEPEST, PushJob, PushResult, PushStatus};
@@ -148,7 +149,7 @@ impl Lane {
         for k in 0..self.present.len() {
             self.place_lever(shared.model, usize::from(self.present[k]));
         }
-        self.prepare(s, shared, impulses, cursor) || self.finish(shared, job.state, result)
+        self.prepare(s, shared, impulses, cursor) || self.finish(shared, job, result)
     }
 
     /// Moves everything by the solved step and prepares the next. False if the push is over; the result is written then.
@@ -173,7 +174,7 @@ impl Lane {
         self.note_impulses();
         self.integrate(s, shared, impulses);
         self.move_tip(s, shared);
-        self.prepare(s, shared, impulses, cursor) || self.finish(shared, job.state, result)
+        self.prepare(s, shared, impulses, cursor) || self.finish(shared, job, result)
     }
 
     /// Contacts of the next step that has any. False if there is no such step.
@@ -220,7 +221,8 @@ impl Lane {
     }
 
     /// Writes the result; always false.
-    fn finish(&mut self, shared: &Shared<'_>, before: &State, result: &mut PushResult) -> bool {
+    fn finish(&mut self, shared: &Shared<'_>, job: &PushJob<'_>, result: &mut PushResult) -> bool {
+        let before = job.state;
         if self.deepest > self.allowed {
             result.take_back(before);
             return false;
@@ -229,7 +231,7 @@ impl Lane {
         let workspace = shared.scene.workspace();
         for body in self.moved.iter() {
             let pose: Pose2 = self.poses[body].into();
-            if !pose.is_finite() {
+            if !pose.is_finite() || is_thrown(&job.push, &before.pose(body), &pose) {
                 result.take_back(before);
                 return false;
             }

@@ -11,7 +11,6 @@ use super::pushes::{Candidate, Judged, Judging};
 use crate::action::{Action, Grasp, Push, SamplerScratch};
 use crate::error::Result;
 use crate::grasp::GraspAssessment;
-use crate::physics::PushStatus;
 use crate::plan::reason::{Ending, Reason};
 use crate::plan::{Control, Outcome, OwnNetworks, Plan, PlannedAction, RankedAction};
 use crate::run::{Budget, Key, Pool, Stop, StopReason};
@@ -282,7 +281,7 @@ impl ClearPlanner {
             ending.limit = ending.limit.take().or_else(|| Reason::limit(&budget, stop.reason()));
         } else if ending.limit.is_none() {
             // A push that the engine could not solve may be of use.
-            if self.candidates.iter().any(|candidate| candidate.result.status == PushStatus::Unsolved) {
+            if self.candidates.iter().any(|candidate| candidate.result.leaves_open()) {
                 ending.short.push(Reason::Unsolved);
             } else {
                 ending.shown = self.nothing(remaining);
