@@ -185,6 +185,12 @@ fn refused_files_of_a_folder_are_listed_and_counted_by_every_kind_of_run() {
         assert!(reason(1).contains("EOF while parsing") && reason(2).contains("(line 1, column 30)"), "{refused:?}");
         let text = String::from_utf8(jostle(&args).stdout).unwrap();
         assert_eq!(text.matches("\nrefused ").count(), 3, "{text}");
+        if k == 0 {
+            let output = jostle(&["crosscheck", &suite, "--iterations", "5", "--json"]);
+            assert_eq!(output.status.code(), Some(3), "{}", String::from_utf8_lossy(&output.stderr));
+            let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+            assert_eq!(report["refused"].as_array().unwrap().len(), 3, "{report}");
+        }
 
         // One file by name is read whatever its name, also through a pipe.
         let piped = Command::new("sh")

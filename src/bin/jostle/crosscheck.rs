@@ -1,6 +1,6 @@
 //! `jostle crosscheck`: plans of one engine executed in another.
 
-use jostle::eval::{Crosscheck, CrosscheckRow, Suite, crosscheck, push_travel};
+use jostle::eval::{Crosscheck, CrosscheckRow, Refused, Suite, crosscheck, push_travel};
 use jostle::physics;
 use jostle::plan::Control;
 use serde::Serialize;
@@ -18,6 +18,7 @@ struct Report {
     seed: u64,
     #[serde(flatten)]
     crosscheck: Crosscheck,
+    refused: Vec<Refused>,
 }
 
 pub fn run(args: &CrosscheckArgs) -> Outcome<()> {
@@ -30,6 +31,7 @@ pub fn run(args: &CrosscheckArgs) -> Outcome<()> {
     if let Some(profile) = suite.profile {
         planner.push_length.get_or_insert(push_travel(profile));
     }
+    output::any_case(&suite)?;
     let bar = progress::bar(suite.problems.len() as u64, "problems");
     let network = physics::network(&against)?;
     let engine = |scene| physics::engine_with(&against, scene, network.as_ref());
@@ -39,15 +41,17 @@ pub fn run(args: &CrosscheckArgs) -> Outcome<()> {
     });
     bar.finish_and_clear();
     let crosscheck = result?;
-    let text = text(&crosscheck);
+    let text = text(&crosscheck) + &output::refused_lines(&suite.refused);
     let report = Report {
         version: env!("CARGO_PKG_VERSION"),
         machine: Machine::this(),
         suite: suite.name,
         seed: planner.seed,
         crosscheck,
+        refused: suite.refused,
     };
-    output::report(args.json.json.as_deref(), &report, &text)
+    output::report(args.json.json.as_deref(), &report, &text)?;
+    output::complete(&report.refused)
 }
 
 fn text(c: &Crosscheck) -> String {

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use jostle::Error;
-use jostle::eval::Refused;
+use jostle::eval::{Refused, Suite};
 use jostle::files;
 use serde::Serialize;
 
@@ -95,6 +95,16 @@ pub fn report(json: Option<&Path>, value: &impl Serialize, text: &str) -> Outcom
 /// The files that hold no problem, each with its reason, as lines of a report.
 pub fn refused_lines(refused: &[Refused]) -> String {
     refused.iter().map(|file| format!("refused {}: {}\n", file.name, file.reason)).collect()
+}
+
+/// Refuses a suite of which no file can be used.
+pub fn any_case(suite: &Suite) -> Outcome<()> {
+    if !suite.problems.is_empty() {
+        return Ok(());
+    }
+    let reasons: Vec<_> = suite.refused.iter().map(|refused| refused.reason.as_str()).collect();
+    let count = suite.refused.len();
+    Err(Failure::usage(format!("{}: none of its {count} cases can be used: {}", suite.name, reasons.join("; "))))
 }
 
 /// The end of a run whose report was given out: a failure of its own where files were refused.

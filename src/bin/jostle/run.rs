@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::args::RunArgs;
 use crate::clear;
-use crate::output::{self, Failure, Machine, Outcome};
+use crate::output::{self, Machine, Outcome};
 use crate::progress;
 use crate::rearrange;
 use crate::suites::{self, Opened};
@@ -41,15 +41,7 @@ pub fn run(args: &RunArgs) -> Outcome<()> {
     let options =
         ClosedLoopOptions { planner, judge, trials: args.trials, max_actions: args.max_actions.unwrap_or(cap) };
     options.validate()?;
-    if suite.problems.is_empty() {
-        let reasons: Vec<_> = suite.refused.iter().map(|refused| refused.reason.as_str()).collect();
-        return Err(Failure::usage(format!(
-            "{}: none of its {} cases can be used: {}",
-            suite.name,
-            suite.refused.len(),
-            reasons.join("; ")
-        )));
-    }
+    output::any_case(&suite)?;
     let bar = progress::bar(suite.problems.len() as u64 * options.trials, "trials");
     let mut name = String::new();
     let report = run_suite(&suite, &options, &Control::default(), &mut |event| match event {

@@ -156,7 +156,8 @@ impl RearrangePlanner {
         let limit = match &found {
             Found { settled: true, .. } => None,
             Found { full: true, .. } => Some(Reason::memory(&budget)),
-            _ => Reason::limit(&budget, stop.reason()),
+            // Parts of the work had stops of their own; this one is asked now.
+            _ => Reason::limit(&budget, stop.requested().then(|| stop.reason()).flatten()),
         };
         let short = vec![Reason::NoPlanFound { most_moves: self.max_moves(&mover) }];
         let ending = Ending { cancelled: cancelled(stop), solved: found.best.solved, shown, limit, short };

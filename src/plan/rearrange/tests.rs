@@ -167,6 +167,22 @@ fn what_a_larger_budget_solves_is_never_infeasible_and_what_is_of_use_is_kept() 
     assert!(solved >= 18, "the problems are to be solvable for the most part: {solved} of 24");
 }
 
+/// However fast the machine is: a limit of time is the reason, or there was none.
+#[test]
+fn a_limit_of_time_is_the_reason_where_it_ended_the_search() {
+    for seed in 0..12 {
+        let problem = mixed(seed);
+        for id in ["untangle", "pmmr"] {
+            for seconds in [1e-9, 1e-5, 1e-4, 1e-3] {
+                let budget = Budget::seconds(seconds);
+                let plan = planner(id, budget).solve(&problem, &Control::default()).unwrap();
+                let limited = matches!(plan.reasons[..], [Reason::Seconds { .. }]);
+                assert!(plan.outcome == Outcome::Solved || limited, "{seed} {id} {seconds}: {:?}", plan.reasons);
+            }
+        }
+    }
+}
+
 #[test]
 fn a_body_behind_a_wall_is_infeasible_for_every_planner_with_the_walls_named() {
     for seed in 0..24 {
