@@ -1382,7 +1382,8 @@ jostle_status jostle_image_frame_map(const struct jostle_image_frame *frame,
 /// RT: no.
 /// Nullable: none.
 /// Owns: the caller owns the pixels.
-/// Errors: ARGUMENT (null, frame or row_stride out of range, a scene without bodies), HANDLE, BUSY, POISONED.
+/// Errors: ARGUMENT (null, frame or row_stride out of range, a scene without bodies or with more than 255), HANDLE, BUSY,
+/// POISONED.
 jostle_status jostle_scene_label_image(const struct jostle_scene *scene,
                                        const struct jostle_image_frame *frame,
                                        uint8_t *pixels,

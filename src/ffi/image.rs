@@ -176,7 +176,8 @@ pub unsafe extern "C" fn jostle_image_frame_map(
 /// RT: no.
 /// Nullable: none.
 /// Owns: the caller owns the pixels.
-/// Errors: ARGUMENT (null, frame or row_stride out of range, a scene without bodies), HANDLE, BUSY, POISONED.
+/// Errors: ARGUMENT (null, frame or row_stride out of range, a scene without bodies or with more than 255), HANDLE, BUSY,
+/// POISONED.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn jostle_scene_label_image(
     scene: *const jostle_scene,

@@ -4,7 +4,7 @@ use super::frame::Frame;
 use super::image::ImageMut;
 use crate::error::{Error, Result};
 use crate::geom::{Footprint, Piece, Pose2, Vec2};
-use crate::scene::{Scene, State};
+use crate::scene::{Mask, Scene, State};
 
 /// A pixel's centre this near to a border lies on it, in pixels. Keeps the border closed after rounding, and seams
 /// between the pieces of one footprint without gaps.
@@ -32,9 +32,9 @@ impl Rasteriser {
     /// Which body each pixel shows: 0 is the table, k + 1 is body k.
     pub fn labels(&mut self, scene: &Scene, state: &State, frame: &Frame, out: &mut ImageMut<u8>) -> Result<()> {
         check(scene, state, frame)?;
+        check_labels(scene)?;
         fits(frame, out.rows(), out.cols())?;
         out.fill(0);
-        // A scene holds 128 bodies at most, so that the label fits.
         self.paint(scene, state, frame, |body, row, from, to| out.row_mut(row)[from..to].fill(body as u8 + 1));
         Ok(())
     }
@@ -61,6 +61,7 @@ impl Rasteriser {
         heights: &mut ImageMut<f32>,
     ) -> Result<()> {
         check(scene, state, frame)?;
+        check_labels(scene)?;
         fits(frame, labels.rows(), labels.cols())?;
         fits(frame, heights.rows(), heights.cols())?;
         labels.fill(0);
@@ -120,16 +121,13 @@ impl Rasteriser {
         out.fill(T::from(0));
         let (plane, cols) = (frame.len(), frame.cols);
         // What was painted before under a span may belong to any of the bodies that are not higher.
-        let mut painted = 0u128;
+        let mut painted = Mask::EMPTY;
         self.paint(scene, state, frame, |body, row, from, to| {
             let at = row * cols;
-            let mut below = painted & !(1 << body);
-            while below != 0 {
-                let other = below.trailing_zeros() as usize;
-                below &= below - 1;
+            for other in painted.iter().filter(|&other| other != body) {
                 out[other * plane + at..][from..to].fill(T::from(0));
             }
-            painted |= 1 << body;
+            painted.insert(body);
             out[body * plane + at..][from..to].fill(T::from(1));
         });
         Ok(())
@@ -290,6 +288,15 @@ fn check(scene: &Scene, state: &State, frame: &Frame) -> Result<()> {
         Some((body, _)) => Err(Error::argument(format!("state[{body}]"), "is not finite")),
         None => Ok(()),
     }
+}
+
+/// Refuses a scene whose bodies a label of a byte cannot tell apart.
+fn check_labels(scene: &Scene) -> Result<()> {
+    if scene.len() <= usize::from(u8::MAX) {
+        return Ok(());
+    }
+    let reason = format!("has {} bodies; an image of labels tells {} apart", scene.len(), u8::MAX);
+    Err(Error::argument("scene", reason))
 }
 
 fn check_body(scene: &Scene, body: usize) -> Result<()> {

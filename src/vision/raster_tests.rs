@@ -4,7 +4,7 @@ use crate::error::Result;
 use crate::geom::{CompoundPart, Piece, Pose2, Shape, Vec2, vec2};
 use crate::run::random::Key;
 use crate::scene::generate::{Generator, GeneratorParams};
-use crate::scene::{BodyDef, Scene, SceneBuilder, State, library};
+use crate::scene::{BodyDef, MAX_BODIES, Scene, SceneBuilder, State, library};
 
 /// Compares with a committed file; `UPDATE_GOLDEN=1` writes it instead.
 fn check_golden(name: &str, text: &str) {
@@ -241,4 +241,25 @@ fn what_does_not_fit_is_refused_by_name() {
     bad.set_pose(2, Pose2::new(f64::NAN, 0.0, 0.0));
     assert!(refused(r.labels(&scene, &bad, &frame, &mut image)).starts_with("state[2]: is not finite"));
     assert!(Frame::around(&scene, &state, 9, 0.0, 0.002, 8).is_err());
+}
+
+#[test]
+fn scenes_of_more_bodies_than_labels_have_masks_and_no_labels() {
+    let mut builder = SceneBuilder::new();
+    for _ in 0..MAX_BODIES {
+        builder.add_body(BodyDef::new(Shape::rectangle(0.01, 0.01))).unwrap();
+    }
+    let scene = builder.build().unwrap();
+    let place = |k: usize| Pose2::new(0.012 * (k % 16) as f64, 0.012 * (k / 16) as f64, 0.0);
+    let state = State::new((0..MAX_BODIES).map(place));
+    let frame = Frame::new(Pose2::new(0.09, 0.09, 0.0), 0.002, 100, 100);
+    let mut masks = vec![0u8; scene.len() * frame.len()];
+    Rasteriser::new().masks(&scene, &state, &frame, &mut masks).unwrap();
+    let counts: Vec<usize> =
+        masks.chunks(frame.len()).map(|mask| mask.iter().map(|&pixel| usize::from(pixel)).sum()).collect();
+    assert!(counts.iter().all(|&count| (16..=36).contains(&count)), "{counts:?}");
+    let mut labels = vec![0u8; frame.len()];
+    let mut image = ImageMut::packed(&mut labels, 100, 100).unwrap();
+    let error = Rasteriser::new().labels(&scene, &state, &frame, &mut image).unwrap_err().to_string();
+    assert!(error.starts_with("scene: has 256 bodies; an image of labels tells 255 apart"), "{error}");
 }
