@@ -215,14 +215,14 @@ mod tests {
 
     #[test]
     fn a_bad_line_is_named() {
-        for (text, wanted) in [
-            (format!("{}\n{{", line()), "recording: EOF while parsing an object (line 2"),
-            (line().replace("[[0.52, 0, 0], ", "["), "line 1: after: has 1 poses for 2 shapes"),
-            (line().replacen("\"mass\": 0.1", "\"mass\": -1", 1), "line 1: bodies[0].mass: is -1"),
-            ("\n".to_string(), "holds no recorded pushes"),
+        for (text, wanted, place) in [
+            (format!("{}\n{{", line()), "recording: EOF while parsing an object", "(line 2"),
+            (line().replace("[[0.52, 0, 0], ", "["), "after: has 1 poses for 2 shapes", "(line 1"),
+            (line().replacen("\"mass\": 0.1", "\"mass\": -1", 1), "shapes[0].mass: is -1", "(line 1"),
+            ("\n".to_string(), "holds no recorded pushes", ""),
         ] {
             let error = recordings(&text).unwrap_err().to_string();
-            assert!(error.contains(wanted), "{error}");
+            assert!(error.contains(wanted) && error.contains(place), "{error}");
         }
     }
 }
