@@ -46,7 +46,8 @@ impl Ensemble {
             key,
             engines: engines.to_vec(),
             network: network.cloned(),
-            worlds: vec![OnceLock::new(); count],
+            // Not `vec![..; n]`: valgrind takes the copy of an empty cell for a use of what it does not hold.
+            worlds: std::iter::repeat_with(OnceLock::new).take(count).collect(),
         };
         // What is wrong with an engine shows in the first world that has it.
         for (k, world) in ensemble.worlds.iter().enumerate().take(engines.len()) {
