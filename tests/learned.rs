@@ -1,7 +1,11 @@
 //! The learned planners with stand-ins in the networks' place, and with the built-in networks where they can be run.
 
+#[path = "common/carried.rs"]
+mod carried;
+
 use std::sync::Arc;
 
+use carried::carried_along;
 use jostle::action::{Action, Push};
 use jostle::error::{Error, Result};
 use jostle::geom::{Pose2, Shape};
@@ -73,16 +77,8 @@ impl MotionModel for CarriesAlong {
     }
 
     fn predict(&self, batch: &ObjectBatch, motions: &mut Vec<[f32; 3]>, _: &Stop) -> Result<()> {
-        motions.clear();
-        for item in 0..batch.items() {
-            let length = batch.push_length(item);
-            for body in 0..batch.objects() {
-                let [x, y] = batch.centre(item, body);
-                // The tip touches a square of 45 mm this far before its centre.
-                let reach = (length - (x - 0.0335)).clamp(0.0, length);
-                motions.push([if y.abs() < BESIDE && x > 0.0 { reach as f32 } else { 0.0 }, 0.0, 0.0]);
-            }
-        }
+        // The tip touches a square of 45 mm when it is 33.5 mm before its centre.
+        carried_along(batch, BESIDE, 0.0335, motions);
         Ok(())
     }
 }

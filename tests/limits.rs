@@ -1,8 +1,12 @@
 //! Limits and cancels by the work that is done, not by the clock: a token triggers at a look, a limit is over at once.
 
+#[path = "common/carried.rs"]
+mod carried;
+
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use carried::carried_along;
 use jostle::Result;
 use jostle::action::{Action, Push};
 use jostle::geom::{Pose2, Shape};
@@ -66,16 +70,7 @@ impl MotionModel for Moves {
     }
     fn predict(&self, batch: &ObjectBatch, motions: &mut Vec<[f32; 3]>, stop: &Stop) -> Result<()> {
         self.0.note(batch.items(), stop);
-        motions.clear();
-        // What the tip meets goes along with it.
-        for item in 0..batch.items() {
-            let length = batch.push_length(item);
-            for body in 0..batch.objects() {
-                let [x, y] = batch.centre(item, body);
-                let reach = (length - (x - 0.034)).clamp(0.0, length);
-                motions.push([if y.abs() < 0.045 && x > 0.0 { reach as f32 } else { 0.0 }, 0.0, 0.0]);
-            }
-        }
+        carried_along(batch, 0.045, 0.034, motions);
         Ok(())
     }
 }

@@ -257,20 +257,9 @@ impl Rest {
 
 #[cfg(test)]
 mod tests {
+    use super::super::graph::tests::graph;
     use super::*;
     use crate::run::Key;
-
-    fn graph(edges: &[(usize, usize)], bodies: usize) -> Graph {
-        let mut graph = Graph::default();
-        graph.clear(bodies);
-        for &(from, to) in edges {
-            let mut mask = graph.blockers(from);
-            mask.insert(to);
-            graph.set(from, mask);
-        }
-        graph.close();
-        graph
-    }
 
     fn feedback(graph: &Graph) -> Feedback {
         let mut out = Feedback::default();

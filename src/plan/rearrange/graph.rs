@@ -91,10 +91,10 @@ impl Graph {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
-    fn graph(edges: &[(usize, usize)], bodies: usize) -> Graph {
+    pub fn graph(edges: &[(usize, usize)], bodies: usize) -> Graph {
         let mut graph = Graph::default();
         graph.clear(bodies);
         for &(from, to) in edges {
