@@ -11,7 +11,7 @@ use jostle::geom::{Pose2, Shape};
 use jostle::grasp::{GeometricScorer, GraspAssessment, GraspParams, GraspScratch, GraspTest, Scorer};
 use jostle::physics::{self, PhysicsOptions, Purpose};
 use jostle::plan::clear::{ClearOptions, ClearParts, ClearPlanner};
-use jostle::plan::{Control, GraspDecision, Outcome, Plan, Variant};
+use jostle::plan::{Control, GraspDecision, Outcome, Plan, Reason, Variant};
 use jostle::run::{Budget, CancelToken, Stop};
 use jostle::scene::{BodyDef, Clearing, Scene, SceneBuilder, State};
 
@@ -129,6 +129,31 @@ fn what_failed_is_not_offered_again_before_something_was_pushed() {
     assert!(matches!(solve(&mut planner, &moved).actions[0].action, Action::Grasp(g) if g.body == body));
     planner.reset();
     assert_eq!(solve(&mut planner, &problem).actions[0].action, first);
+}
+
+/// Some bodies that no jaw fits may be left; where all are such, nothing can be done, and the plan says why.
+#[test]
+fn a_table_of_bodies_that_no_jaw_fits_is_infeasible_with_a_reason_for_each() {
+    for (wide, loose) in [(1, 0), (3, 0), (2, 1)] {
+        let mut builder = SceneBuilder::new();
+        let sides = std::iter::repeat_n(0.12, wide).chain(std::iter::repeat_n(0.04, loose));
+        for side in sides {
+            builder.add_body(BodyDef::new(Shape::rectangle(side, side))).unwrap();
+        }
+        let poses = (0..wide + loose).map(|i| Pose2::new(0.36 + 0.14 * i as f64, 0.0, 0.0));
+        let problem = Clearing::new("wide", Arc::new(builder.build().unwrap()), State::new(poses)).unwrap();
+        for id in ["greedy", "random_push", "grasp_only"] {
+            let options = ClearOptions { planner: id.into(), ..ClearOptions::default() };
+            let plan = solve(&mut planner(options), &problem);
+            if loose > 0 {
+                assert!(matches!(plan.actions[0].action, Action::Grasp(g) if g.body == wide), "{id}: {plan:?}");
+                continue;
+            }
+            assert_eq!((plan.outcome, plan.actions.len()), (Outcome::Infeasible, 0), "{id}");
+            assert_eq!(plan.reasons.len(), wide, "{id}");
+            assert!(plan.reasons.iter().all(|r| matches!(r, Reason::TooWide { width, .. } if *width > 0.11)), "{id}");
+        }
+    }
 }
 
 #[test]

@@ -15,7 +15,6 @@ use super::retrieval::Retrieval;
 use crate::action::{Action, ContourSampler, Grasp, Push};
 use crate::error::Result;
 use crate::geom::normalize_angle;
-use crate::grasp::Unholdable;
 use crate::physics::{Ensemble, Transition};
 use crate::run::{Budget, CancelToken, Pool, Progress, Stop, StopReason};
 use crate::scene::{Problem, Scene, State};
@@ -208,7 +207,7 @@ impl Planner {
             return Ok(plan);
         }
 
-        if let Some(reason) = unholdable(domain) {
+        if let Some(reason) = Reason::unholdable(domain.scorer.as_ref(), &domain.scene, domain.target) {
             let ending = Ending { shown: vec![reason], ..Ending::default() };
             (plan.outcome, plan.reasons) = ending.conclude();
             return Ok(plan);
@@ -414,18 +413,6 @@ impl Planner {
         ranked.truncate(CONSIDERED);
         ranked
     }
-}
-
-/// Why no push can make the target graspable, where the target's shape alone tells.
-fn unholdable(domain: &Retrieval) -> Option<Reason> {
-    let body = domain.scene.body(domain.target).name.clone();
-    Some(match domain.scorer.unholdable(&domain.scene, domain.target)? {
-        Unholdable::TooWide { width } => {
-            let jaw = &domain.scene.gripper().grasp;
-            Reason::TooWide { body, width, opening: jaw.opening, gap: jaw.fit.max(jaw.finger_clearance) }
-        }
-        Unholdable::NoFaces => Reason::NoHold { body },
-    })
 }
 
 fn grasped(state: &State, grasp: Grasp, value: f64) -> PlannedAction {

@@ -5,7 +5,9 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use super::outcome::Outcome;
+use crate::grasp::{Scorer, Unholdable};
 use crate::run::{Budget, StopReason};
+use crate::scene::Scene;
 
 /// Why a plan is not solved. Data for programs; [`Display`](fmt::Display) is a sentence for people that says what is so
 /// and what to change. Bodies have their names in the scene.
@@ -51,6 +53,19 @@ impl Reason {
             Some(StopReason::Deadline) => budget.seconds.map(|limit| Reason::Seconds { limit }).or(iterations),
             _ => iterations,
         }
+    }
+
+    /// Why no push can make the body graspable, where its shape alone tells.
+    pub(crate) fn unholdable(scorer: &dyn Scorer, scene: &Scene, body: usize) -> Option<Reason> {
+        let name = scene.body(body).name.clone();
+        Some(match scorer.unholdable(scene, body)? {
+            Unholdable::TooWide { width } => {
+                let jaw = &scene.gripper().grasp;
+                let gap = jaw.fit.max(jaw.finger_clearance);
+                Reason::TooWide { body: name, width, opening: jaw.opening, gap }
+            }
+            Unholdable::NoFaces => Reason::NoHold { body: name },
+        })
     }
 
     /// The limit of a budget's memory.

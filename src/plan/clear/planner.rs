@@ -225,6 +225,12 @@ impl ClearPlanner {
         if cancelled(stop) {
             return Ok(());
         }
+        // Nothing can be done where none of the bodies can be held; the first that can ends the question.
+        let unholdable = |body| Reason::unholdable(parts.scorer.as_ref(), &parts.scene, body);
+        if let Some(reasons) = remaining.iter().map(unholdable).collect() {
+            ending.shown = reasons;
+            return Ok(());
+        }
         let mut scorer = parts.scorer.scratch();
         let mut found = std::mem::take(&mut self.found);
         parts.assess_all(scorer.as_mut(), &[state], remaining, &mut found, stop);
