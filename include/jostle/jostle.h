@@ -873,7 +873,7 @@ typedef int32_t jostle_effect;
 /// Cancelled. The plan holds no actions, so that an outcome that nobody reads moves no robot.
 #define JOSTLE_OUTCOME_CANCELLED 5
 
-/// The push was executed.
+/// The push was executed. Where a body toppled on the way "prism" ends there, with the tip short of its end.
 #define JOSTLE_EFFECT_PUSHED 1
 
 /// The fingers would come down on a body, or the engine could not solve the push; nothing was executed.

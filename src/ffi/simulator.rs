@@ -24,7 +24,7 @@ pub struct jostle_simulator(());
 
 /// What an action did: one of the JOSTLE_EFFECT_ values.
 pub type jostle_effect = i32;
-/// The push was executed.
+/// The push was executed. Where a body toppled on the way "prism" ends there, with the tip short of its end.
 pub const JOSTLE_EFFECT_PUSHED: jostle_effect = 1;
 /// The fingers would come down on a body, or the engine could not solve the push; nothing was executed.
 pub const JOSTLE_EFFECT_BLOCKED: jostle_effect = 2;

@@ -146,6 +146,9 @@ impl List {
 
     /// Names are there, unique, and of the right kind.
     fn check(&self) -> Result<(), String> {
+        if self.rows.is_empty() {
+            return Err("holds no [[row]]: there is nothing to be measured".into());
+        }
         unique("section", self.sections.iter().map(|s| &s.id))?;
         unique("suite", self.suites.iter().map(|s| &s.id))?;
         unique("plot", self.plots.iter().map(|p| &p.id))?;

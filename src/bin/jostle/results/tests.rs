@@ -206,6 +206,7 @@ fn a_plot_has_what_was_measured_and_what_was_published() {
 
 #[test]
 fn mistakes_in_a_list_name_the_row_and_the_key() {
+    assert_eq!(List::parse("").unwrap_err(), "holds no [[row]]: there is nothing to be measured");
     let changed = |from: &str, to: &str| {
         assert!(LIST.contains(from), "{from}");
         List::parse(&LIST.replacen(from, to, 1)).unwrap_err()
