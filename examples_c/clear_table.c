@@ -96,7 +96,7 @@ int main(int argc, char **argv)
             printf("%2u  grasp %s at (%.3f, %+.3f)  %s\n", (unsigned)actions, name, action.grasp.position.x,
                    action.grasp.position.y, jostle_effect_name(effect));
         }
-        if (effect == JOSTLE_EFFECT_PUSHED || effect == JOSTLE_EFFECT_GRASPED) {
+        if (effect == JOSTLE_EFFECT_PUSHED || effect == JOSTLE_EFFECT_TOPPLED || effect == JOSTLE_EFFECT_GRASPED) {
             taken += effect == JOSTLE_EFFECT_GRASPED;
             TRY(jostle_planner_advance(planner, &action, NULL));
         } else {

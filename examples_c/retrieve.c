@@ -90,7 +90,7 @@ int main(void)
         }
         retrieved = effect == JOSTLE_EFFECT_GRASPED && JOSTLE_BODY_EQ(action.body, target);
 
-        if (effect == JOSTLE_EFFECT_PUSHED || retrieved) {
+        if (effect == JOSTLE_EFFECT_PUSHED || effect == JOSTLE_EFFECT_TOPPLED || retrieved) {
             TRY(jostle_planner_advance(planner, &action, NULL)); /* keep what was found for this case */
         } else {
             TRY(jostle_planner_failed(planner, &action)); /* do not offer it again */

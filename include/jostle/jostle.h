@@ -873,7 +873,7 @@ typedef int32_t jostle_effect;
 /// Cancelled. The plan holds no actions, so that an outcome that nobody reads moves no robot.
 #define JOSTLE_OUTCOME_CANCELLED 5
 
-/// The push was executed. Where a body toppled on the way "prism" ends there, with the tip short of its end.
+/// The push was executed.
 #define JOSTLE_EFFECT_PUSHED 1
 
 /// The fingers would come down on a body, or the engine could not solve the push; nothing was executed.
@@ -887,6 +887,10 @@ typedef int32_t jostle_effect;
 
 /// The action was not finished: its limit was reached, or it was cancelled. Nothing changed.
 #define JOSTLE_EFFECT_INTERRUPTED 5
+
+/// The push was executed and a body fell over or leans on something: its outline is no longer what it was, so look before
+/// you go on. "prism" ends the push where that happens, with the tip short of its end.
+#define JOSTLE_EFFECT_TOPPLED 6
 
 #ifdef __cplusplus
 extern "C" {
@@ -1188,7 +1192,8 @@ jostle_status jostle_scene_poses(const struct jostle_scene *scene,
 /// Errors: ARGUMENT (what is wrong, with the index of the pose), HANDLE, BUSY, POISONED.
 jostle_status jostle_scene_check(const struct jostle_scene *scene);
 
-/// A hash of all that the scene holds: equal scenes have equal hashes, in every process of this version.
+/// A hash of all that the scene holds: equal scenes have equal hashes, in every process of this version. Poses count as
+/// files and plans hold them, in single precision, so what was written and read again has the same hash.
 ///
 /// Thread: shared use of scene.
 /// RT: no.
@@ -1741,8 +1746,9 @@ jostle_status jostle_planner_advance(struct jostle_planner *planner,
                                      uint32_t *kept);
 
 /// Tells the planner that the first action of its last plan was tried and failed: the fingers would have come down on a
-/// body, or the target was not in the gripper. The same grasp is not offered again before the bodies were pushed. The
-/// search tree is forgotten.
+/// body, or the target was not in the gripper. The same grasp is not offered again before the bodies were pushed, the same
+/// push not before another was executed; also where the next scene is another one that shows the same bodies, outlines that
+/// differ a little where the bodies may be. The search tree is forgotten. jostle_planner_reset forgets what failed.
 ///
 /// Thread: exclusive use of planner.
 /// RT: no.
@@ -1752,7 +1758,7 @@ jostle_status jostle_planner_advance(struct jostle_planner *planner,
 jostle_status jostle_planner_failed(struct jostle_planner *planner,
                                     const struct jostle_action *action);
 
-/// Forgets the search tree.
+/// Forgets the search tree and what failed.
 ///
 /// Thread: exclusive use of planner.
 /// RT: no.

@@ -89,7 +89,8 @@ impl ClearTrial {
     pub fn new(index: u64, end: ClearEnd, bodies: usize, decisions: Vec<Decision>) -> ClearTrial {
         let count = |wanted: Effect| decisions.iter().filter(|d| d.effect == Some(wanted)).count();
         let (taken, blocked) = (count(Effect::Grasped), count(Effect::Blocked));
-        let (pushes, grasps) = (count(Effect::Pushed) + blocked, taken + count(Effect::Missed));
+        let pushes = count(Effect::Pushed) + count(Effect::Toppled) + blocked;
+        let grasps = taken + count(Effect::Missed);
         let planning_s = decisions.iter().map(|d| d.milliseconds).sum::<f64>() / 1e3;
         ClearTrial {
             index,
@@ -127,7 +128,7 @@ impl ClearTrial {
             }
             match (&decision.action, decision.effect) {
                 (None, None) => {}
-                (Some(Action::Push(_)), Some(Effect::Pushed | Effect::Blocked)) => actions += 1,
+                (Some(Action::Push(_)), Some(Effect::Pushed | Effect::Toppled | Effect::Blocked)) => actions += 1,
                 (Some(Action::Grasp(grasp)), Some(effect @ (Effect::Grasped | Effect::Missed))) => {
                     if !left.contains(grasp.body) {
                         return wrong(format!("decision {i} grasps body {}, which is not there", grasp.body));
@@ -300,7 +301,7 @@ pub fn clear_trial(
             effect,
         });
         match (action, effect) {
-            (Some(action), Some(Effect::Pushed | Effect::Grasped)) => policy.executed(&action),
+            (Some(action), Some(effect)) if effect.is_executed() => policy.executed(&action),
             (Some(action), _) => policy.failed(&action),
             (None, _) => {}
         }

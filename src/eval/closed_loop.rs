@@ -137,8 +137,8 @@ pub fn run_trial(
         decisions.push(decision);
         let watch = Stop::never();
         match (action, effect) {
-            (Some(action), Some(Effect::Pushed)) => policy.executed(&action)?,
             (_, Some(Effect::Grasped)) => break TrialEnd::Grasped,
+            (Some(action), Some(effect)) if effect.is_executed() => policy.executed(&action)?,
             (Some(action), _) => policy.failed(&action),
             (None, _) => {}
         }

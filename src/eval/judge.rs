@@ -198,7 +198,7 @@ impl Judge {
         match result.status {
             PushStatus::Executed => {
                 self.truth = result.state;
-                Some(Effect::Pushed)
+                Some(if result.toppled.is_empty() { Effect::Pushed } else { Effect::Toppled })
             }
             PushStatus::Illegal { .. } | PushStatus::Unsolved => Some(Effect::Blocked),
             PushStatus::Interrupted => None,

@@ -19,12 +19,22 @@ use crate::plan::Outcome;
 pub enum Effect {
     /// The push was executed.
     Pushed,
+    /// The push was executed, or as much of it as the engine simulates, and a body fell over or leans on something: its
+    /// outline is no longer what it was.
+    Toppled,
     /// The tip would have come down on a body, or the engine could not solve the push; nothing was moved.
     Blocked,
     /// The target is out of the clutter.
     Grasped,
     /// The grasp does not hold at the true poses; nothing was moved.
     Missed,
+}
+
+impl Effect {
+    /// The bodies are no longer where they were.
+    pub fn is_executed(self) -> bool {
+        matches!(self, Effect::Pushed | Effect::Toppled | Effect::Grasped)
+    }
 }
 
 /// One decision of a planner and what became of it.
@@ -78,7 +88,7 @@ impl Trial {
     pub fn new(index: u64, end: TrialEnd, decisions: Vec<Decision>) -> Trial {
         let count =
             |wanted: &[Effect]| decisions.iter().filter(|d| d.effect.is_some_and(|e| wanted.contains(&e))).count();
-        let pushes = count(&[Effect::Pushed, Effect::Blocked]);
+        let pushes = count(&[Effect::Pushed, Effect::Toppled, Effect::Blocked]);
         let grasps = count(&[Effect::Grasped, Effect::Missed]);
         let planning_s = decisions.iter().map(|d| d.milliseconds).sum::<f64>() / 1e3;
         Trial { index, end, actions: pushes + grasps, pushes, grasps, planning_s, decisions }

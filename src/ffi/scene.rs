@@ -251,8 +251,8 @@ impl Content {
         }
         for pose in &self.poses {
             for value in [pose.x, pose.y, pose.theta] {
-                // Adding zero makes one of the two zeros.
-                (value + 0.0).to_bits().to_le_bytes().iter().for_each(|&byte| mix(byte));
+                // States and files hold single precision. Adding zero makes one of the two zeros.
+                f64::from(value as f32 + 0.0).to_bits().to_le_bytes().iter().for_each(|&byte| mix(byte));
             }
         }
         Ok(h)
@@ -636,7 +636,8 @@ pub unsafe extern "C" fn jostle_scene_check(scene: *const jostle_scene) -> jostl
     with("jostle_scene_check", scene, |content| content.observed().map(drop))
 }
 
-/// A hash of all that the scene holds: equal scenes have equal hashes, in every process of this version.
+/// A hash of all that the scene holds: equal scenes have equal hashes, in every process of this version. Poses count as
+/// files and plans hold them, in single precision, so what was written and read again has the same hash.
 ///
 /// Thread: shared use of scene.
 /// RT: no.

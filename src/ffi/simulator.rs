@@ -24,7 +24,7 @@ pub struct jostle_simulator(());
 
 /// What an action did: one of the JOSTLE_EFFECT_ values.
 pub type jostle_effect = i32;
-/// The push was executed. Where a body toppled on the way "prism" ends there, with the tip short of its end.
+/// The push was executed.
 pub const JOSTLE_EFFECT_PUSHED: jostle_effect = 1;
 /// The fingers would come down on a body, or the engine could not solve the push; nothing was executed.
 pub const JOSTLE_EFFECT_BLOCKED: jostle_effect = 2;
@@ -35,6 +35,9 @@ pub const JOSTLE_EFFECT_MISSED: jostle_effect = 4;
 
 /// The action was not finished: its limit was reached, or it was cancelled. Nothing changed.
 pub const JOSTLE_EFFECT_INTERRUPTED: jostle_effect = 5;
+/// The push was executed and a body fell over or leans on something: its outline is no longer what it was, so look before
+/// you go on. "prism" ends the push where that happens, with the tip short of its end.
+pub const JOSTLE_EFFECT_TOPPLED: jostle_effect = 6;
 
 /// How the world differs from the planner's model: not at all by default, but for the finer preset.
 #[repr(C)]
@@ -321,6 +324,7 @@ unsafe fn execute(
         let (out, action) = unsafe { (out(effect, "effect")?, read_action(action, &simulator.bodies)?) };
         out.set(match world.execute_until(&action, &stop)? {
             Some(Effect::Pushed) => JOSTLE_EFFECT_PUSHED,
+            Some(Effect::Toppled) => JOSTLE_EFFECT_TOPPLED,
             Some(Effect::Blocked) => JOSTLE_EFFECT_BLOCKED,
             Some(Effect::Grasped) => JOSTLE_EFFECT_GRASPED,
             Some(Effect::Missed) => JOSTLE_EFFECT_MISSED,
@@ -345,6 +349,7 @@ pub extern "C" fn jostle_effect_name(effect: jostle_effect) -> *const c_char {
         JOSTLE_EFFECT_GRASPED => c"grasped",
         JOSTLE_EFFECT_MISSED => c"missed",
         JOSTLE_EFFECT_INTERRUPTED => c"interrupted",
+        JOSTLE_EFFECT_TOPPLED => c"toppled",
         _ => c"unknown effect",
     }
     .as_ptr()

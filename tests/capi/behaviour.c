@@ -155,6 +155,7 @@ static void scenes(jostle_context *context)
     CHECK(strcmp(name, "target") == 0);
     MUST(jostle_scene_body_count(read, &count));
     CHECK(count == 8);
+    CHECK(hash_of(read) == hash_of(scene));
     jostle_scene_free(read);
 
     /* The generator is a function of its numbers. */
@@ -516,6 +517,38 @@ static void threads(jostle_context *context)
     }
 }
 
+/* A tall thin plate falls over: the push is executed, and its effect says that the outline is no longer true. */
+static void toppling(jostle_context *context)
+{
+    static const jostle_vec2 plate[4] = {{-0.004, -0.03}, {0.004, -0.03}, {0.004, 0.03}, {-0.004, 0.03}};
+    jostle_scene *scene = NULL;
+    jostle_simulator *world = NULL;
+    jostle_body body;
+    jostle_body_def def = jostle_body_def_default();
+    jostle_body_pose after;
+    jostle_action push;
+    jostle_effect effect = 0;
+    size_t count = 0;
+    MUST(jostle_scene_new(context, &scene));
+    def.points = plate;
+    def.point_count = 4;
+    def.height = 0.15;
+    def.pose.p.x = 0.5;
+    MUST(jostle_scene_add_body(scene, &def, &body));
+    jostle_simulator_options options = jostle_simulator_options_default();
+    options.engine = "prism";
+    MUST(jostle_simulator_new(context, scene, body, &options, &world));
+    memset(&push, 0, sizeof push);
+    push.kind = JOSTLE_ACTION_PUSH;
+    push.push.start.x = 0.45, push.push.end.x = 0.53;
+    MUST(jostle_simulator_execute(world, &push, &effect));
+    CHECK(effect == JOSTLE_EFFECT_TOPPLED && strcmp(jostle_effect_name(effect), "toppled") == 0);
+    MUST(jostle_simulator_poses(world, &after, 1, &count));
+    CHECK(count == 1 && after.pose.p.x > 0.5);
+    jostle_simulator_free(world);
+    jostle_scene_free(scene);
+}
+
 static void simulators(jostle_context *context)
 {
     jostle_body target;
@@ -612,6 +645,7 @@ int main(void)
     sizes(context);
     threads(context);
     simulators(context);
+    toppling(context);
     jostle_context_free(context);
     CHECK(jostle_handle_count() == 0);
     puts(failures ? "behaviour: failed" : "behaviour: as promised");
