@@ -109,6 +109,7 @@ fn a_forked_child_gets_an_error_where_it_would_wait_for_ever() {
 #[test]
 fn memory_that_the_system_does_not_give_is_a_status_where_an_input_decides_how_much() {
     host(&["memory"], &[]);
+    host(&["memory-of-a-search"], &[]);
 }
 
 /// What docs/c-api.md says of the stack.

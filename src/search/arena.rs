@@ -231,6 +231,18 @@ impl<D: Domain> Arena<D> {
         self.stride = stride;
     }
 
+    /// Room for another node with so many actions; false where the system does not give the memory. These arrays are what
+    /// grows, and by so much at a time that there is still room for what is small where they get none.
+    pub fn reserve(&mut self, actions: usize) -> bool {
+        fn room<T>(slots: &mut Vec<T>, used: usize, more: usize) -> bool {
+            slots.try_reserve((used + more).saturating_sub(slots.len())).is_ok()
+        }
+        room(&mut self.nodes, self.node_count, 1)
+            && room(&mut self.edges, self.edge_count, actions)
+            && room(&mut self.stats, self.node_count, 1)
+            && room(&mut self.top, self.node_count * self.stride, self.stride)
+    }
+
     /// Adds a ghost with the outcome's contents; the outcome is left with memory to use again. The action that leads
     /// to it is told.
     pub fn push(&mut self, parent: u32, edge: u32, key: Key, discount: f64, outcome: &mut Outcome<D>) -> u32 {

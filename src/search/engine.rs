@@ -121,10 +121,11 @@ impl<D: Domain> Search<'_, D> {
         (full || many).then_some(EndReason::Memory)
     }
 
-    /// Another state with so many actions fits into the budget of bytes.
-    pub fn fits(&self, actions: usize) -> bool {
+    /// Another state with so many actions fits into the budget of bytes, and the system gives the memory for it.
+    pub fn fits(&mut self, actions: usize) -> bool {
         let (state, action) = (self.domain.state_bytes(), self.domain.action_bytes());
-        self.run.budget.bytes.is_none_or(|most| self.arena.bytes_with(actions, state, action) <= most)
+        let allowed = |most| self.arena.bytes_with(actions, state, action) <= most;
+        self.run.budget.bytes.is_none_or(allowed) && self.arena.reserve(actions)
     }
 
     fn bytes(&self) -> usize {

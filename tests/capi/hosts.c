@@ -324,6 +324,52 @@ static void memory(void)
     CHECK(planned("planar", 0) != 0);
 }
 
+/* A search that would go on for ever: with fingers so bulky something is always in their way. */
+static void memory_of_a_search(void)
+{
+    jostle_context *context = NULL;
+    jostle_planner *planner = NULL;
+    jostle_plan *plan = NULL;
+    jostle_body target;
+    jostle_outcome outcome = 0;
+    char line[64], reason[512] = "";
+    unsigned long pages = 0;
+    size_t count = 0;
+    uint64_t bytes = 0;
+    struct rlimit limit;
+    MUST(jostle_context_new(NULL, &context));
+    jostle_scene *scene = row(context, &target);
+    jostle_gripper gripper = jostle_gripper_default();
+    gripper.finger_width = gripper.finger_thickness = 2.0;
+    MUST(jostle_scene_set_gripper(scene, &gripper));
+    jostle_planner_options options = jostle_planner_options_default();
+    options.planner = "pmbs";
+    options.engine = "planar";
+    options.confirm = "none";
+    options.threads = 1;
+    options.max_seconds = 500.0;
+    options.max_iterations = JOSTLE_NO_LIMIT;
+    MUST(jostle_planner_new(context, &options, &planner));
+    FILE *statm = fopen("/proc/self/statm", "r");
+    CHECK(statm && fgets(line, sizeof line, statm) && sscanf(line, "%lu", &pages) == 1);
+    if (statm) fclose(statm);
+    limit.rlim_cur = limit.rlim_max = (rlim_t)pages * (rlim_t)sysconf(_SC_PAGESIZE) + ((rlim_t)48 << 20);
+    CHECK(setrlimit(RLIMIT_AS, &limit) == 0);
+    MUST(jostle_planner_solve(planner, scene, target, NULL, &plan));
+    MUST(jostle_plan_outcome(plan, &outcome));
+    CHECK(outcome == JOSTLE_OUTCOME_BUDGET);
+    MUST(jostle_plan_action_count(plan, &count));
+    CHECK(count > 0);
+    MUST(jostle_plan_reason(plan, 0, reason, sizeof reason, &count));
+    CHECK(strstr(reason, "memory") != NULL);
+    MUST(jostle_planner_memory(planner, &bytes));
+    CHECK(bytes > 1 << 20 && bytes < 48 << 20);
+    jostle_plan_free(plan);
+    jostle_planner_free(planner);
+    jostle_scene_free(scene);
+    jostle_context_free(context);
+}
+
 /* --- a small stack --------------------------------------------------------------------------------------------------- */
 
 /* With one engine, or with each. */
@@ -430,6 +476,7 @@ int main(int argc, char **argv)
     else if (!strcmp(name, "no-runtime")) no_runtime(first, second);
     else if (!strcmp(name, "forks")) forks();
     else if (!strcmp(name, "memory")) memory();
+    else if (!strcmp(name, "memory-of-a-search")) memory_of_a_search();
     else if (!strcmp(name, "stack")) stack(first, argc > 3 ? argv[3] : argv[argc - 1] + strlen(argv[argc - 1]));
     else if (!strcmp(name, "locale")) locale(first);
     else if (!strcmp(name, "fifo")) fifo();
