@@ -24,7 +24,7 @@ use crate::error::{Error, Result, check_range};
 use crate::grasp::{GeometricScorer, GraspParams};
 use crate::net::{Model, Ppn, PushValue};
 use crate::physics::{self, PhysicsOptions, Purpose};
-use crate::plan::{GraspDecision, Retrieval, Reward};
+use crate::plan::{FailedPushes, GraspDecision, Retrieval, Reward};
 use crate::run::{Budget, Key, Pool, Stop};
 use crate::scene::State;
 use crate::search::{Closed, EarlyStop, Params, Run, Tree};
@@ -188,6 +188,7 @@ impl Task for PpnTask {
             scorer: Box::new(GeometricScorer::new(scene, GraspParams::default())?),
             reward: Reward { shaping: SHAPING, solved_score: GraspDecision::default().solved_score },
             demand: 0.0,
+            failed: FailedPushes::default(),
             unsolved: Default::default(),
         };
         let search = self.params.search();

@@ -557,8 +557,9 @@ pub unsafe extern "C" fn jostle_planner_advance(
 }
 
 /// Tells the planner that the first action of its last plan was tried and failed: the fingers would have come down on a
-/// body, or the target was not in the gripper. The same grasp is not offered again before the bodies were pushed. The
-/// search tree is forgotten.
+/// body, or the target was not in the gripper. The same grasp is not offered again before the bodies were pushed, the same
+/// push not before another was executed; also where the next scene is another one that shows the same bodies, outlines that
+/// differ a little where the bodies may be. The search tree is forgotten. jostle_planner_reset forgets what failed.
 ///
 /// Thread: exclusive use of planner.
 /// RT: no.
@@ -579,7 +580,7 @@ pub unsafe extern "C" fn jostle_planner_failed(
     })
 }
 
-/// Forgets the search tree.
+/// Forgets the search tree and what failed.
 ///
 /// Thread: exclusive use of planner.
 /// RT: no.

@@ -3,6 +3,7 @@
 pub mod clear;
 mod confirm;
 mod decision;
+mod failures;
 mod hedge;
 mod mcts;
 mod more;
@@ -17,6 +18,7 @@ mod recipe;
 mod retrieval;
 mod vft;
 
+pub use failures::FailedPushes;
 pub use networks::OwnNetworks;
 pub use options::{Confirm, GraspDecision, PlannerOptions, Variant};
 pub use outcome::{Outcome, Plan, PlanStatistics, PlannedAction, RankedAction};

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::confirm::{Confirmed, Weighed};
 use super::decision::{Decision, Found, From, cancelled};
+use super::failures::{BETTER, FailedPushes, seen_before};
 use super::hedge;
 use super::networks::{Networks, OwnNetworks};
 use super::options::PlannerOptions;
@@ -48,6 +49,10 @@ pub struct Planner {
     rest: Vec<Push>,
     /// A grasp has to score at least this, since one that scored less failed; see [`Planner::failed`].
     demand: f64,
+    /// Pushes that failed since the last that was executed.
+    failed: FailedPushes,
+    /// The scene, state and target of the last decision, and how far a push since then may have moved the target, metres.
+    seen: Option<(Problem, f64)>,
 }
 
 impl std::fmt::Debug for Planner {
@@ -58,8 +63,6 @@ impl std::fmt::Debug for Planner {
 
 /// Most first actions that a plan lists.
 const CONSIDERED: usize = 16;
-/// By how much a grasp has to score better than one that failed.
-const BETTER: f64 = 0.02;
 /// An observed pose this near the predicted one is the same (metres, for the published gripper; radians): the tree below
 /// is used on.
 const SAME: (f64, f64) = (1e-4, 1e-3);
@@ -90,6 +93,8 @@ impl Planner {
             planned: Vec::new(),
             rest: Vec::new(),
             demand: 0.0,
+            failed: FailedPushes::default(),
+            seen: None,
         })
     }
 
@@ -126,11 +131,15 @@ impl Planner {
     /// `hedge` weighs the rest of the plan beside what it finds anew. Returns whether there was such a part of the tree.
     pub fn advance(&mut self, action: &Action) -> Result<bool> {
         let Action::Push(push) = action else {
-            self.reset();
+            self.drop_tree();
             return Ok(false);
         };
         let usual = self.options.grasp.solved_score;
         self.demand = usual + (self.demand - usual).max(0.0) / 2.0;
+        self.failed.clear();
+        if let Some((_, moved)) = &mut self.seen {
+            *moved += push.length();
+        }
         let index = self.tree.root_children().find(|c| same_push(c.action, push)).map(|c| c.index);
         let kept = index.is_some_and(|index| self.tree.advance(index));
         let rest = match self.planned.split_first() {
@@ -140,7 +149,7 @@ impl Planner {
         if kept {
             self.expected = self.tree.root_state().cloned();
         } else {
-            self.reset();
+            self.drop_tree();
         }
         self.rest = rest;
         Ok(kept)
@@ -149,16 +158,31 @@ impl Planner {
     /// Tells the planner that the first action of its last plan was tried and failed: the push was not executed, or the
     /// target was not in the gripper. The tree is forgotten. The same grasp is not offered again where it is: until
     /// the bodies are pushed a grasp has to score better than the one that failed, and after that half of what it
-    /// missed.
+    /// missed. The same push is not offered again before another was executed.
+    ///
+    /// This holds for the problem and for one made anew that shows the same target, an outline that differs a little where
+    /// the target may be. [`reset`](Self::reset) ends it.
     pub fn failed(&mut self, action: &Action) {
-        if let Action::Grasp(grasp) = action {
-            self.demand = self.demand.max(grasp.score + BETTER);
+        match action {
+            Action::Grasp(grasp) => self.demand = self.demand.max(grasp.score + BETTER),
+            Action::Push(push) => self.failed.add(*push),
         }
-        self.reset();
+        self.drop_tree();
     }
 
-    /// Forgets the tree and the plan. Its memory is kept for the next decision.
+    /// Forgets the tree, the plan and what failed. Its memory is kept for the next decision.
     pub fn reset(&mut self) {
+        self.drop_tree();
+        self.forget();
+    }
+
+    /// What failed may be offered again.
+    fn forget(&mut self) {
+        self.demand = 0.0;
+        self.failed.clear();
+    }
+
+    fn drop_tree(&mut self) {
         self.tree.reset();
         self.expected = None;
         self.planned.clear();
@@ -177,8 +201,11 @@ impl Planner {
             d.target == problem.target && (Arc::ptr_eq(&d.scene, &problem.scene) || d.scene == problem.scene)
         });
         if !fits {
-            self.reset();
-            (self.domain, self.demand) = (None, 0.0);
+            self.drop_tree();
+            self.domain = None;
+            if !self.goes_on(problem) {
+                self.forget();
+            }
             self.confirming = self.networks.confirming(&self.recipe, &problem.scene)?;
             let worlds = || hedge::ensemble(&self.recipe, &self.networks, problem, self.options.seed);
             self.ensemble = self.recipe.hedges.then(worlds).transpose()?;
@@ -188,7 +215,9 @@ impl Planner {
             return Ok(Plan::empty(Outcome::Infeasible, &self.options.planner, self.options.seed));
         };
         domain.demand = self.demand;
+        domain.failed.clone_from(&self.failed);
         let domain = &*domain;
+        self.seen = Some((problem.clone(), 0.0));
         let mut plan = Plan::empty(Outcome::Infeasible, &self.options.planner, self.options.seed);
         if cancelled(&stop) {
             plan.outcome = Outcome::Cancelled;
@@ -245,6 +274,14 @@ impl Planner {
         Ok(plan)
     }
 
+    /// The problem's target is that of the last decision, seen anew.
+    fn goes_on(&self, problem: &Problem) -> bool {
+        self.seen.as_ref().is_some_and(|(before, moved)| {
+            let (was, is) = ((&*before.scene, &before.state), (&*problem.scene, &problem.state));
+            seen_before(was, is, problem.target, *moved) == Some(before.target)
+        })
+    }
+
     /// Reads the plan out of the tree, or takes the one that was confirmed.
     fn fill(&self, plan: &mut Plan, found: Found, budget: &Budget) {
         let Found { report, verdict, cancelled } = found;
@@ -298,7 +335,10 @@ impl Planner {
         let proposed = self.tree.root_children().count() as u64;
         // A push that the engine could not solve may be of use: that nothing can be done is not shown then.
         let unsolved = self.domain.as_ref().is_some_and(|domain| domain.unsolved.load(Ordering::Relaxed));
-        let shown = if nothing && !unsolved { vec![Reason::NoLegalPush { proposed }] } else { Vec::new() };
+        let mut shown = if nothing && !unsolved { vec![Reason::NoLegalPush { proposed }] } else { Vec::new() };
+        if !shown.is_empty() {
+            shown.extend(Reason::failed(u64::from(self.demand > 0.0), self.failed.count()));
+        }
         let tried = Reason::TriedAll { actions: self.recipe.search.max_depth };
         let short = vec![if nothing { Reason::Unsolved } else { tried }];
         Ending { limit, shown, short, ..Ending::default() }
@@ -335,6 +375,7 @@ impl Planner {
         if self.tree.root_state().is_none() {
             let mut pushes = Vec::new();
             domain.list(&mut domain.new_scratch(), state, &mut pushes);
+            self.failed.take_out(domain.scene.gripper().scale(), &mut pushes);
             listed.extend(pushes.into_iter().map(|push| (0.0, push)));
         }
         let best = listed.into_iter().reduce(|best, other| if other.0 > best.0 { other } else { best });
@@ -443,6 +484,7 @@ fn prepare(options: &PlannerOptions, recipe: &Recipe, networks: &Networks, probl
         prior: networks.prior.clone(),
         reward: recipe.reward,
         demand: 0.0,
+        failed: FailedPushes::default(),
         unsolved: AtomicBool::new(false),
     })
 }

@@ -23,6 +23,8 @@ pub enum Reason {
     NoHold { body: String },
     /// No body that is left can be grasped as it lies. Of so many, a grasp was tried and failed.
     NoGrasp { failed: u64 },
+    /// So many grasps and pushes were tried here and failed; they are not offered again.
+    Failed { grasps: u64, pushes: u64 },
     /// A body that can only be dragged cannot come to its goal: bodies that stay where they are, or the workspace's edge
     /// alone, leave no way.
     Enclosed { body: String, by: Vec<String> },
@@ -46,6 +48,11 @@ pub enum Reason {
 }
 
 impl Reason {
+    /// What is not offered again, if anything.
+    pub(crate) fn failed(grasps: u64, pushes: u64) -> Option<Reason> {
+        (grasps + pushes > 0).then_some(Reason::Failed { grasps, pushes })
+    }
+
     /// The limit of a budget that a stop was asked for, or else of its iterations.
     pub(crate) fn limit(budget: &Budget, stopped: Option<StopReason>) -> Option<Reason> {
         let iterations = budget.iterations.map(|limit| Reason::Iterations { limit });
@@ -70,7 +77,7 @@ impl Reason {
 
     /// The limit of a budget's memory.
     pub(crate) fn memory(budget: &Budget) -> Reason {
-        // Without a limit of its own a search holds as many nodes as it can number.
+        // Without a limit of its own a search holds as many nodes as it can number and the system has memory for.
         Reason::Memory { limit: budget.bytes.map_or(u64::MAX, |bytes| bytes as u64) }
     }
 }
@@ -112,6 +119,11 @@ impl fmt::Display for Reason {
                 "no body that is left can be grasped as it lies, but for {failed} whose grasps were tried and failed; \
                  push the bodies, or reset the planner to have those grasps offered again"
             ),
+            Reason::Failed { grasps, pushes } => write!(
+                f,
+                "tried here and failed: grasps {grasps}, pushes {pushes}; move the bodies, or reset the planner to \
+                 have them offered again"
+            ),
             Reason::Enclosed { body, by } if by.is_empty() => write!(
                 f,
                 "\"{body}\" can only be dragged, and the workspace leaves it no way to its goal; enlarge the workspace, \
@@ -148,7 +160,10 @@ impl fmt::Display for Reason {
                 write!(f, "the time limit of {limit} s was reached first; allow more seconds or threads")
             }
             Reason::Memory { limit: u64::MAX } => {
-                f.write_str("the search holds as many nodes as it can; execute the first action and plan again")
+                f.write_str(
+                    "the search holds as many nodes as it can number, or the system gives no more memory; execute the first \
+                     action and plan again, or set a limit of bytes",
+                )
             }
             Reason::Memory { limit } => {
                 write!(f, "the memory limit of {limit} bytes was reached first; allow more bytes")
@@ -240,6 +255,7 @@ mod tests {
             Reason::Iterations { limit: 1 },
             Reason::Seconds { limit: 0.5 },
             Reason::Memory { limit: 1 << 20 },
+            Reason::Failed { grasps: 1, pushes: 3 },
         ]
     }
 

@@ -4,6 +4,7 @@ use std::any::Any;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use super::failures::FailedPushes;
 use crate::action::{Push, PushSampler, SamplerScratch};
 use crate::geom::normalize_angle;
 use crate::grasp::{GraspAssessment, Scorer};
@@ -39,6 +40,8 @@ pub struct Retrieval {
     pub reward: Reward,
     /// A grasp has to score at least this as well: more than one that was tried and failed. 0 asks for nothing more.
     pub demand: f64,
+    /// Pushes that failed where the bodies are now; not proposed at the root.
+    pub failed: FailedPushes,
     /// The engine left open what a push does.
     pub unsolved: AtomicBool,
 }
@@ -128,6 +131,9 @@ impl Retrieval {
             &mut scratch.sampler,
             &mut scratch.pushes,
         );
+        if previous.is_none() {
+            self.failed.take_out(self.scene.gripper().scale(), &mut scratch.pushes);
+        }
         let Some(prior) = &self.prior else {
             out.candidates.extend(scratch.pushes.iter().map(|push| Candidate::new(*push)));
             return;

@@ -11,6 +11,7 @@ use super::pushes::{Candidate, Judged, Judging};
 use crate::action::{Action, Grasp, Push, SamplerScratch};
 use crate::error::Result;
 use crate::grasp::GraspAssessment;
+use crate::plan::failures::{BETTER, FailedPushes, seen_before};
 use crate::plan::reason::{Ending, Reason};
 use crate::plan::{Control, Outcome, OwnNetworks, Plan, PlannedAction, RankedAction};
 use crate::run::{Budget, Key, Pool, Stop, StopReason};
@@ -18,11 +19,6 @@ use crate::scene::{Clearing, Mask, Scene, State};
 
 /// Most first actions that a plan lists.
 const CONSIDERED: usize = 16;
-/// By how much a grasp has to score better than one that failed.
-const BETTER: f64 = 0.02;
-/// A push that starts this near (metres, for the published gripper) to one that was blocked, and runs within this angle
-/// (its cosine), is the same.
-const SAME_PUSH: (f64, f64) = (0.006, 0.985);
 /// Share of a decision's time that the model's pushes may use, where the best are confirmed after that.
 const MODEL_SHARE: f64 = 0.7;
 
@@ -43,8 +39,10 @@ pub struct ClearPlanner {
     found: Vec<GraspAssessment>,
     /// For every body: a grasp has to score at least this, since one that scored less failed.
     demand: Vec<f64>,
-    /// Pushes that were blocked where the bodies are.
-    blocked: Vec<Push>,
+    /// Pushes that failed since the last that was executed.
+    failed: FailedPushes,
+    /// What the last decision saw, and how far a push since then may have moved a body, metres.
+    seen: Option<(Arc<Scene>, State, f64)>,
 }
 
 impl std::fmt::Debug for ClearPlanner {
@@ -87,7 +85,8 @@ impl ClearPlanner {
             candidates: Vec::new(),
             found: Vec::new(),
             demand: Vec::new(),
-            blocked: Vec::new(),
+            failed: FailedPushes::default(),
+            seen: None,
         })
     }
 
@@ -124,11 +123,14 @@ impl ClearPlanner {
     /// Tells the planner that the first action of its last plan was executed.
     pub fn advance(&mut self, action: &Action) {
         match action {
-            Action::Push(_) => {
+            Action::Push(push) => {
                 // What failed where the bodies were may hold where they are.
                 let usual = self.recipe.rule.direct_score;
                 self.demand.iter_mut().for_each(|d| *d = (usual + (*d - usual).max(0.0) / 2.0).min(*d));
-                self.blocked.clear();
+                self.failed.clear();
+                if let Some((_, _, moved)) = &mut self.seen {
+                    *moved += push.length();
+                }
             }
             Action::Grasp(grasp) => {
                 if let Some(demand) = self.demand.get_mut(grasp.body) {
@@ -140,10 +142,11 @@ impl ClearPlanner {
 
     /// Tells the planner that the first action of its last plan was tried and failed. The same grasp is not offered
     /// again where it is: until the bodies are pushed a grasp of that body has to score better than the one that failed,
-    /// and after that half of what it missed. A push that was blocked is not offered again before another was executed.
+    /// and after that half of what it missed. The same push is not offered again before another was executed. This holds
+    /// for the scene and for one made anew, whose bodies are known again by outline and place.
     pub fn failed(&mut self, action: &Action) {
         match action {
-            Action::Push(push) => self.blocked.push(*push),
+            Action::Push(push) => self.failed.add(*push),
             Action::Grasp(grasp) => {
                 if self.demand.len() <= grasp.body {
                     self.demand.resize(grasp.body + 1, 0.0);
@@ -161,7 +164,7 @@ impl ClearPlanner {
     /// Forgets what failed.
     pub fn reset(&mut self) {
         self.demand.clear();
-        self.blocked.clear();
+        self.failed.clear();
     }
 
     fn decide(&mut self, problem: &Clearing, budget: Budget, control: &Control) -> Result<Plan> {
@@ -185,16 +188,14 @@ impl ClearPlanner {
         Ok(plan)
     }
 
-    /// The parts for the problem's scene. What failed belongs to a scene.
+    /// The parts for the problem's scene.
     fn prepare(&mut self, problem: &Clearing) -> Result<()> {
         let fits = self
             .parts
             .as_ref()
             .is_some_and(|parts| Arc::ptr_eq(&parts.scene, &problem.scene) || parts.scene == problem.scene);
         if !fits {
-            if self.parts.is_some() {
-                self.reset();
-            }
+            self.know_again(problem);
             let parts = match &self.make {
                 Some(make) => make(&problem.scene)?,
                 None => ClearParts::of_recipe(&self.options, &self.recipe, &self.networks, &problem.scene)?,
@@ -203,7 +204,20 @@ impl ClearPlanner {
             self.parts = Some(parts);
         }
         self.demand.resize(problem.scene.len(), 0.0);
+        self.seen = Some((Arc::clone(&problem.scene), problem.state.clone(), 0.0));
         Ok(())
+    }
+
+    /// What failed with the bodies of the last decision holds for those of them that a scene made anew shows.
+    fn know_again(&mut self, problem: &Clearing) {
+        let Some((scene, state, moved)) = &self.seen else { return };
+        let (was, is) = ((&**scene, state), (&*problem.scene, &problem.state));
+        let known: Vec<_> = (0..problem.scene.len()).map(|body| seen_before(was, is, body, *moved)).collect();
+        let demand = |before: &Option<usize>| before.and_then(|i| self.demand.get(i).copied()).unwrap_or(0.0);
+        self.demand = known.iter().map(demand).collect();
+        if known.iter().all(Option::is_none) {
+            self.failed.clear();
+        }
     }
 
     #[allow(clippy::too_many_arguments)]
@@ -303,7 +317,8 @@ impl ClearPlanner {
         let failed = remaining.iter().filter(|&body| self.demand[body] > 0.0).count() as u64;
         let no_push = Reason::NoLegalPush { proposed: self.candidates.len() as u64 };
         let pushes = self.recipe.rule.choice != PushChoice::Never;
-        std::iter::once(Reason::NoGrasp { failed }).chain(pushes.then_some(no_push)).collect()
+        let not_again = Reason::failed(0, self.failed.count());
+        std::iter::once(Reason::NoGrasp { failed }).chain(pushes.then_some(no_push)).chain(not_again).collect()
     }
 
     /// The plan to take body after body where each scores `least` and what it has to.
@@ -329,8 +344,7 @@ impl ClearPlanner {
         let mut sampled = Vec::new();
         let target = parts.remaining(state).iter().next().unwrap_or(0);
         parts.sampler.sample(&parts.scene, state, target, None, &mut rng, &mut self.sampling, &mut sampled);
-        let near = parts.scene.gripper().scale() * SAME_PUSH.0;
-        sampled.retain(|push| !self.blocked.iter().any(|blocked| same_push(push, blocked, near)));
+        self.failed.take_out(parts.scene.gripper().scale(), &mut sampled);
         let lengths = &self.recipe.rule.lengths;
         let shortened = |push: &Push, share: f64| {
             let end = push.start() + (push.end() - push.start()) * share;
@@ -473,10 +487,6 @@ fn considered(candidates: &[Candidate], ranked: &[Judged]) -> Vec<RankedAction> 
         predicted: candidates[judged.candidate].result.state.clone(),
     };
     ranked.iter().take(CONSIDERED).map(of).collect()
-}
-
-fn same_push(a: &Push, b: &Push, near: f64) -> bool {
-    (a.start() - b.start()).norm() <= near && a.direction().dot(&b.direction()) >= SAME_PUSH.1
 }
 
 /// The end was asked for from outside. A deadline is no such request.

@@ -5,6 +5,7 @@
 //! lower bound wherever the search is cut short.
 
 use super::graph::Graph;
+use crate::run::Stop;
 use crate::scene::Mask;
 
 /// Where there are at most this many sets of the least size, all are looked at, so that none is left out of the list.
@@ -24,10 +25,11 @@ pub struct Feedback {
 }
 
 impl Feedback {
-    /// Finds those of a graph that is [closed](Graph::close).
-    pub fn find(&mut self, graph: &Graph) {
+    /// Finds those of a graph that is [closed](Graph::close). Where the work is asked to end, what is known by then: a lower
+    /// bound on their size, and some sets, not all of them least.
+    pub fn find(&mut self, graph: &Graph, stop: &Stop) {
         self.sets.clear();
-        let parts: Vec<Feedback> = graph.parts().into_iter().map(|part| Feedback::of_part(graph, part)).collect();
+        let parts: Vec<Feedback> = graph.parts().into_iter().map(|part| Feedback::of_part(graph, part, stop)).collect();
         self.at_least = parts.iter().map(|part| part.at_least).sum();
         if parts.is_empty() {
             return;
@@ -35,8 +37,10 @@ impl Feedback {
         let cyclic = graph.cyclic();
         let known = parts.iter().all(|part| part.sets[0].count() == part.at_least);
         if known && combinations(cyclic.count(), self.at_least) <= MOST_SETS {
-            self.list(graph, cyclic, cyclic, Mask::EMPTY, self.at_least);
-            return;
+            self.list(graph, cyclic, cyclic, Mask::EMPTY, self.at_least, stop);
+            if !self.sets.is_empty() {
+                return;
+            }
         }
         // A set of each part, and what else one part after the other may have.
         let first = parts.iter().fold(Mask::EMPTY, |all, part| all | part.sets[0]);
@@ -49,9 +53,9 @@ impl Feedback {
     }
 
     /// Lists the feedback sets of `chosen` and `more` members of `from`.
-    fn list(&mut self, graph: &Graph, cyclic: Mask, from: Mask, chosen: Mask, more: usize) {
+    fn list(&mut self, graph: &Graph, cyclic: Mask, from: Mask, chosen: Mask, more: usize, stop: &Stop) {
         if more == 0 {
-            if self.sets.len() < MOST_LISTED && graph.acyclic(cyclic.without(chosen)) {
+            if graph.acyclic(cyclic.without(chosen)) {
                 self.sets.push(chosen);
             }
             return;
@@ -59,21 +63,21 @@ impl Feedback {
         let mut left = from;
         for body in from.iter() {
             left.remove(body);
-            if left.count() + 1 < more {
+            if left.count() + 1 < more || self.sets.len() >= MOST_LISTED || stop.requested() {
                 break;
             }
             let mut with = chosen;
             with.insert(body);
-            self.list(graph, cyclic, left, with, more - 1);
+            self.list(graph, cyclic, left, with, more - 1, stop);
         }
     }
 
     /// Those of a strongly connected part, by a search of one depth after the other.
-    fn of_part(graph: &Graph, part: Mask) -> Feedback {
+    fn of_part(graph: &Graph, part: Mask, stop: &Stop) -> Feedback {
         let whole = Rest::of(graph, part);
         let mut steps = 0;
         let mut found = Feedback { at_least: whole.chosen.count() + whole.circles(), sets: Vec::new() };
-        while whole.clone().search(found.at_least, &mut steps, &mut found.sets) {
+        while whole.clone().search(found.at_least, &mut steps, &mut found.sets, stop) {
             if !found.sets.is_empty() {
                 return found;
             }
@@ -166,9 +170,9 @@ impl Rest {
     }
 
     /// Lists sets of at most `size` members, or as many as are wanted; false if it was cut short.
-    fn search(mut self, size: usize, steps: &mut usize, out: &mut Vec<Mask>) -> bool {
+    fn search(mut self, size: usize, steps: &mut usize, out: &mut Vec<Mask>, stop: &Stop) -> bool {
         *steps += 1;
-        if *steps > MOST_STEPS {
+        if *steps > MOST_STEPS || stop.requested() {
             return false;
         }
         self.reduce();
@@ -185,7 +189,7 @@ impl Rest {
         let mut with = self.clone();
         with.choose(body);
         self.pass(body);
-        with.search(size, steps, out) && self.search(size, steps, out)
+        with.search(size, steps, out, stop) && self.search(size, steps, out, stop)
     }
 
     /// The body with the most ways through it.
@@ -263,7 +267,7 @@ mod tests {
 
     fn feedback(graph: &Graph) -> Feedback {
         let mut out = Feedback::default();
-        out.find(graph);
+        out.find(graph, &Stop::never());
         out
     }
 
@@ -298,9 +302,24 @@ mod tests {
             }
             // What the search finds by itself, without the list.
             for part in graph.parts() {
-                let part = Feedback::of_part(&graph, part);
+                let part = Feedback::of_part(&graph, part, &Stop::never());
                 assert!(part.sets.iter().all(|set| set.count() == part.at_least), "{edges:?}");
             }
+        }
+    }
+
+    #[test]
+    fn cut_short_at_any_place_it_has_a_bound_and_a_set() {
+        let mut stream = Key::new(7).stream();
+        let edges: Vec<(usize, usize)> =
+            (0..40).map(|_| (stream.index(16), stream.index(16))).filter(|(a, b)| a != b).collect();
+        let graph = graph(&edges, 16);
+        let whole = feedback(&graph);
+        for looks in 0..200 {
+            let mut cut = Feedback::default();
+            cut.find(&graph, &Stop::after_looks(looks));
+            assert!(cut.at_least <= whole.at_least, "{looks}");
+            assert!(!cut.sets.is_empty() && cut.sets.iter().all(|set| graph.acyclic(Mask::first(16).without(*set))));
         }
     }
 

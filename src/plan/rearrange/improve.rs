@@ -97,7 +97,7 @@ pub fn search(
     workers.resize_with(limits.pool.workers(), Mutex::default);
     let start = Layout::new(&mover.table.problem.start);
     let backwards = backwards(mover);
-    let at_least = lower_bound(mover, &start);
+    let at_least = lower_bound(mover, &start, limits.stop);
     let least_seconds = least_seconds(mover, &start);
     let mut found = Found { at_least, ..Found::default() };
     found.best.misplaced = usize::MAX;

@@ -96,7 +96,7 @@ pub fn search(
     let mut patience = if known.is_some() { PATIENCE_KNOWN } else { PATIENCE };
     let mut found = if tuned { first(workers, mover, known, means)? } else { Found::default() };
     if !tuned {
-        found.at_least = lower_bound(mover, &start);
+        found.at_least = lower_bound(mover, &start, means.stop);
         found.best.misplaced = usize::MAX;
     } else if found.best.solved && means.options.search.is_none() {
         // Only a plan with fewer moves is of use.

@@ -112,7 +112,7 @@ pub fn attempt(
             worker.shortener.shorten(mover, &mut worker.mover, start, &mut worker.moves, stop);
             return worker.moves.len() <= course.limit;
         }
-        if worker.moves.len() + worker.bound(mover, misplaced) > course.limit {
+        if worker.moves.len() + worker.bound(mover, misplaced, stop) > course.limit {
             return false;
         }
         if course.room > 0.0
@@ -128,11 +128,11 @@ pub fn attempt(
     false
 }
 
-/// Fewest moves that any plan has from here.
-pub fn lower_bound(mover: &Mover, layout: &Layout) -> usize {
+/// No plan from here has fewer moves.
+pub fn lower_bound(mover: &Mover, layout: &Layout, stop: &Stop) -> usize {
     let mut worker = Worker { layout: layout.clone(), ..Worker::default() };
     let misplaced = mover.table.misplaced(&layout.state);
-    worker.bound(mover, misplaced)
+    worker.bound(mover, misplaced, stop)
 }
 
 /// Least robot time of any plan from here that brings each body to its goal's pose, seconds: every misplaced body goes
@@ -150,14 +150,14 @@ pub fn least_seconds(mover: &Mover, layout: &Layout) -> f64 {
 }
 
 impl Worker {
-    fn bound(&mut self, mover: &Mover, misplaced: Mask) -> usize {
+    fn bound(&mut self, mover: &Mover, misplaced: Mask, stop: &Stop) -> usize {
         self.graph.clear(mover.table.len());
         for body in misplaced.iter() {
             let blockers = mover.table.goal_blockers(&self.layout, body);
             self.graph.set(body, blockers & misplaced);
         }
         self.graph.close();
-        self.feedback.find(&self.graph);
+        self.feedback.find(&self.graph, stop);
         misplaced.count() + self.feedback.at_least
     }
 
@@ -249,7 +249,7 @@ impl Worker {
             self.graph.set(body, blockers & table.movable);
         }
         self.graph.close();
-        self.feedback.find(&self.graph);
+        self.feedback.find(&self.graph, stop);
     }
 
     /// Moves a body out of the way; false if none was found that can be.
