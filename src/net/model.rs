@@ -103,35 +103,45 @@ struct Worker {
 struct Usual {
     objects: usize,
     seconds: f64,
+    /// Calls that were not made since the last that was.
+    refused: u32,
 }
 
 impl Usual {
-    /// More bodies take at least as many times longer. None before the first call.
+    /// What to count on. More bodies take at least as many times longer. None before the first call.
+    ///
+    /// What was measured may be of a busy moment: the more calls are not made for it, the less is it believed.
     fn seconds(&self, objects: usize) -> Option<f64> {
         let times = (objects as f64 / self.objects.max(1) as f64).max(1.0);
-        (self.seconds > 0.0).then_some(self.seconds * times)
+        let doubt = (1.0 - DOUBTS).powf(self.refused.into());
+        (self.seconds > 0.0).then_some(self.seconds * times * doubt)
     }
 
     fn note(&mut self, objects: usize, seconds: f64) {
         let before = if self.objects == objects { self.seconds } else { seconds };
-        *self = Usual { objects, seconds: seconds.min(before + (seconds - before) * FORGETS) };
+        *self = Usual { objects, seconds: seconds.min(before + (seconds - before) * FORGETS), refused: 0 };
     }
 
-    /// A call was ended before it had an answer: it takes longer than that.
+    /// A call was ended before it had an answer: it takes longer than that, and the doubt was not justified.
     fn note_ended(&mut self, objects: usize, seconds: f64) {
+        self.refused = 0;
         if self.seconds(objects).is_none_or(|usual| usual < seconds) {
-            *self = Usual { objects, seconds };
+            (self.objects, self.seconds) = (objects, seconds);
         }
     }
 
-    /// A call was not made for what it usually takes. That may have changed: in the long run it is tried again.
-    fn doubt(&mut self) {
-        self.seconds *= 1.0 - FORGETS;
+    /// A call was not made for what it usually takes. In the long run it is tried again.
+    fn refuse(&mut self) {
+        self.refused = self.refused.saturating_add(1);
     }
 }
 
 /// Share by which what is known of the time of calls follows later ones.
 const FORGETS: f64 = 0.05;
+/// Share by which each call that is not made lessens it: a call that was measured at twice its time is tried after 140.
+const DOUBTS: f64 = 0.005;
+/// A call is begun where this many times its usual time is left, for some take longer than the least of late.
+const SPARE: f64 = 1.2;
 
 /// Two are equal if they are the same loaded network.
 impl PartialEq for Model {
@@ -271,17 +281,15 @@ impl Model {
         for first in (0..items).step_by(interface.chunk) {
             let count = interface.chunk.min(items - first);
             let usual = worker.usual.seconds(self.counted(objects));
-            let late = usual.map_or_else(|| stop.requested(), |seconds| stop.leaves_less_than(seconds));
-            done = match late {
-                true => Err(interrupted()),
-                false => self.run_chunk(&mut worker, first, count, objects, inputs, outputs, stop),
-            };
+            if usual.map_or_else(|| stop.requested(), |seconds| stop.leaves_less_than(seconds * SPARE)) {
+                worker.usual.refuse();
+                done = Err(interrupted());
+            } else {
+                done = self.run_chunk(&mut worker, first, count, objects, inputs, outputs, stop);
+            }
             if done.is_err() {
                 break;
             }
-        }
-        if done.is_err() {
-            worker.usual.doubt();
         }
         // Also after an error: another session takes long to make.
         self.give_back(worker);
@@ -538,8 +546,13 @@ mod tests {
         assert_eq!(usual.seconds(5), Some(0.008));
         usual.note_ended(5, 0.020);
         assert_eq!(usual.seconds(5), Some(0.020));
-        (0..100).for_each(|_| usual.doubt());
-        assert!(usual.seconds(5).unwrap() < 0.001);
+        (0..140).for_each(|_| usual.refuse());
+        assert!(usual.seconds(5).unwrap() < 0.010, "twice the time");
+        // Tried for the doubt, and it does take longer than what there was.
+        usual.note_ended(5, 0.005);
+        assert_eq!(usual.seconds(5), Some(0.020));
+        (0..10_000).for_each(|_| usual.refuse());
+        assert!(usual.seconds(5).unwrap() < 1e-9);
         usual.note(7, 0.5);
         assert_eq!(usual.seconds(7), Some(0.5));
     }

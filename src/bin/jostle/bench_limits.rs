@@ -31,6 +31,8 @@ const LIMITS_MS: [f64; 4] = [1.0, 5.0, 20.0, 100.0];
 const SCENES: u64 = 8;
 /// A cancel comes so long after the beginning, milliseconds.
 const CANCEL_MS: [f64; 2] = [0.2, 10.0];
+/// The second thread has kept its turn if it triggers within so long of noting the time, milliseconds.
+const SLIP_MS: f64 = 0.05;
 /// Limit of a decision that is to be cancelled, seconds.
 const LONG: f64 = 20.0;
 /// Side of the squares that packs are made of and of those that are rearranged, metres.
@@ -49,7 +51,7 @@ pub struct Kept {
     /// From the trigger to the return of the call.
     cancel_cpu_ms: Tail,
     cancel_ms: Tail,
-    /// Decisions that ended by themselves before they were cancelled.
+    /// Decisions that ended by themselves before they were cancelled, or whose cancel has no certain time.
     not_cancelled: usize,
 }
 
@@ -164,10 +166,17 @@ fn cpu_ms() -> f64 {
     now.tv_sec as f64 * 1e3 + now.tv_nsec as f64 * 1e-6
 }
 
-/// The second thread: sleeps, notes both clocks, and triggers a token if it was given one.
+/// The second thread: sleeps, triggers a token if it was given one, and notes both clocks before and after that.
 struct Watch {
     ask: Sender<(Instant, Option<CancelToken>)>,
-    noted: Receiver<(Instant, f64)>,
+    noted: Receiver<Noted>,
+}
+
+/// Both clocks when the second thread woke up, and how long it then took over its notes.
+struct Noted {
+    at: Instant,
+    cpu_ms: f64,
+    wall_ms: f64,
 }
 
 /// What a decision with a limit took.
@@ -187,11 +196,12 @@ impl Watch {
         std::thread::spawn(move || {
             for (at, token) in asked {
                 std::thread::sleep(at.saturating_duration_since(Instant::now()));
-                let now = (Instant::now(), cpu_ms());
+                let (woken, cpu_ms) = (Instant::now(), cpu_ms());
                 if let Some(token) = token {
                     token.trigger();
                 }
-                if note.send(now).is_err() {
+                let wall_ms = woken.elapsed().as_secs_f64() * 1e3;
+                if note.send(Noted { at: woken, cpu_ms, wall_ms }).is_err() {
                     break;
                 }
             }
@@ -206,7 +216,7 @@ impl Watch {
         Ok(start)
     }
 
-    fn end(&self) -> Outcome<(Instant, f64)> {
+    fn end(&self) -> Outcome<Noted> {
         self.noted.recv().map_err(|_| Failure::failed("the watching thread ended early"))
     }
 
@@ -215,16 +225,17 @@ impl Watch {
         let (start, before) = (Instant::now(), cpu_ms());
         let decided = decide()?;
         let (returned, after) = (Instant::now(), cpu_ms());
-        let (seen, at_limit) = self.end()?;
+        let noted = self.end()?;
         Ok(Limited {
             acted: decided.acted,
             cpu_ms: after - before,
             wall_ms: (returned - start).as_secs_f64() * 1e3,
-            over_ms: if seen < returned { after - at_limit } else { 0.0 },
+            over_ms: if noted.at < returned { after - noted.cpu_ms } else { 0.0 },
         })
     }
 
-    /// CPU and wall milliseconds from the trigger to the return; none where the decision ended before.
+    /// CPU and wall milliseconds from the trigger to the return; none where the decision ended before, or where the second
+    /// thread lost its turn between its note of the time and the trigger: how long it waited would count too.
     fn cancelled(
         &self,
         after: f64,
@@ -234,9 +245,10 @@ impl Watch {
         self.begin(after, Some(token.clone()))?;
         let decided = decide()?;
         let (returned, cpu) = (Instant::now(), cpu_ms());
-        let (triggered, at_trigger) = self.end()?;
-        let late = returned.checked_duration_since(triggered).filter(|_| decided.cancelled);
-        Ok(late.map(|late| (cpu - at_trigger, late.as_secs_f64() * 1e3)))
+        let noted = self.end()?;
+        let told = decided.cancelled && noted.wall_ms < SLIP_MS;
+        let late = returned.checked_duration_since(noted.at).filter(|_| told);
+        Ok(late.map(|late| (cpu - noted.cpu_ms, late.as_secs_f64() * 1e3)))
     }
 }
 
