@@ -21,6 +21,9 @@ class Gn(nn.Module):
 
     CELLS, HALF = 56, 10
     MIXED = 0.2  # of a cell's quality, relative to the one in the middle
+    # Directions that are judged together. The windows of all are more than a cache holds, and a runtime can end a call
+    # between two nodes only, so these are to be short.
+    AT_ONCE = 2
 
     def __init__(self, obstacles=32, target=64, both=(64, 32)):
         super().__init__()
@@ -34,7 +37,9 @@ class Gn(nn.Module):
 
     def forward(self, image):
         side, edge = 2 * self.HALF, self.CELLS // 2 - self.HALF
-        quality = torch.sigmoid(self.judge.columns(*self.window(image)))
+        slid, parts = self.window.slid(image), range(0, ANGLES, self.AT_ONCE)
+        judged = [self.judge.columns(*self.window.shows(slid, first, self.AT_ONCE)) for first in parts]
+        quality = torch.cat([torch.sigmoid(part) for part in judged], 1)
         quality = functional.conv2d(quality.reshape(-1, 1, side, side), self.mixed, padding=1)
         return functional.pad(quality.reshape(-1, ANGLES, side, side), (edge, edge, edge, edge))
 

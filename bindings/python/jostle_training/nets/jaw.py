@@ -89,16 +89,22 @@ class Window(nn.Module):
 
     def forward(self, image):
         """What the taps show at each of (2 half)^2 cells: obstacles and the target, [B,16,T,cells] each."""
+        return self.shows(self.slid(image), 0, ANGLES)
+
+    def slid(self, image):
+        """What `shows` reads: a copy of the planes for each shift of the columns, in which the rows that a tap shows lie one
+        after another: they are most of what is read."""
         side, begin = 2 * self.half, self.rows // 2 - self.half - self.reach
         x = self.planes(image)[..., begin : begin + self.shown, :]
-        # A copy for each shift of the columns, in which the rows that a tap shows lie one after another: they are most
-        # of what is read.
         slid = torch.stack([x[..., begin + k : begin + k + side] for k in range(2 * self.reach + 1)], 1)
-        slid = slid.reshape(-1, (2 * self.reach + 1) * 2 * self.phases**2 * self.shown, side)
-        out = []
+        return slid.reshape(-1, (2 * self.reach + 1) * 2 * self.phases**2 * self.shown, side)
+
+    def shows(self, slid, first, count):
+        """The same as `forward` of `count` directions from the `first` on: [B,count,T,cells] each."""
+        side, out = 2 * self.half, []
         for at, size in zip((self.at0, self.at1), self.sizes):
-            index = (at.unsqueeze(-1) + torch.arange(side, dtype=torch.int32)).reshape(-1)
-            out.append(slid.index_select(1, index).reshape(-1, ANGLES, size, side * side))
+            index = (at[first : first + count].unsqueeze(-1) + torch.arange(side, dtype=torch.int32)).reshape(-1)
+            out.append(slid.index_select(1, index).reshape(-1, count, size, side * side))
         return out
 
     def places(self, planes, image, angle, row, col):
