@@ -89,7 +89,7 @@ int main(void)
     TRY(jostle_planner_new(context, &options, &planner));
 
     for (int i = 1; i <= MOST_ACTIONS && !retrieved; i++) {
-        jostle_action action;
+        jostle_action decided, action;
         jostle_effect effect;
         jostle_body target = {0};
 
@@ -108,7 +108,8 @@ int main(void)
             puts("    nothing to do");
             break;
         }
-        TRY(jostle_plan_action(plan, 0, &action));
+        TRY(jostle_plan_action(plan, 0, &decided));
+        action = decided;
         /* The robot knows its bodies by the names of its own scene. */
         for (int k = 0; k < BODIES; k++) {
             if (action.body.id != 0 && JOSTLE_BODY_EQ(action.body, seen[k].body)) {
@@ -119,6 +120,13 @@ int main(void)
         TRY(jostle_simulator_execute(robot, &action, &effect));
         printf("    %s  %s\n", action.kind == JOSTLE_ACTION_PUSH ? "push " : "grasp", jostle_effect_name(effect));
         retrieved = effect == JOSTLE_EFFECT_GRASPED && JOSTLE_BODY_EQ(action.body, blocks[TARGET - 1]);
+
+        /* What failed is not offered again, though the next look makes another scene. */
+        if (effect == JOSTLE_EFFECT_PUSHED || effect == JOSTLE_EFFECT_TOPPLED || retrieved) {
+            TRY(jostle_planner_advance(planner, &decided, NULL));
+        } else {
+            TRY(jostle_planner_failed(planner, &decided));
+        }
 
         TRY(jostle_simulator_observe(robot, truth, BODIES, &count));
         TRY(jostle_scene_update(world, truth, count));

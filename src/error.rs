@@ -140,7 +140,7 @@ pub fn check_range(field: &str, value: f64, range: std::ops::RangeInclusive<f64>
         return Err(Error::argument(field, format!("is {value}; it must be a finite number")));
     }
     if !range.contains(&value) {
-        return Err(Error::argument(field, format!("is {value}; it must lie in {}..={}", range.start(), range.end())));
+        return Err(Error::argument(field, format!("is {value}; it must lie in {} to {}", range.start(), range.end())));
     }
     Ok(())
 }

@@ -217,7 +217,7 @@ unsafe fn read_given<'a>(
     let (image, given) = unsafe { (read_sized(image, "image")?, read_sized_or_default(options, "options")?) };
     for (field, side) in [("image.rows", image.rows), ("image.cols", image.cols)] {
         if !(1..=MAX_SIDE).contains(&side) {
-            return Err(Failure::argument(field, format!("is {side}; it must lie in 1..={MAX_SIDE}")));
+            return Err(Failure::argument(field, format!("is {side}; it must lie in 1 to {MAX_SIDE}")));
         }
     }
     // SAFETY: as promised by the caller.

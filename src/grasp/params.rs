@@ -150,7 +150,7 @@ impl GraspParams {
             ("grasp.near_across", self.near_across),
         ] {
             if !(1..=1024).contains(&value) {
-                return Err(Error::argument(field, format!("is {value}; it must lie in 1..=1024")));
+                return Err(Error::argument(field, format!("is {value}; it must lie in 1 to 1024")));
             }
         }
         check_range("grasp.offset_reach", self.offset_reach, 0.0..=1.0)?;

@@ -130,7 +130,7 @@ pub(super) fn read_spec(path: &Path, kind: Kind, onnx: &OnnxInfo, side: Option<u
         _ => Ok(()),
     };
     if let Some(threshold) = spec.threshold.filter(|t| !(0.0..=1.0).contains(t)) {
-        return Err(wrong("`threshold` in 0..=1".into(), threshold.to_string()));
+        return Err(wrong("`threshold` of 0 to 1".into(), threshold.to_string()));
     }
     let number = |n: usize| n.to_string();
     match kind {
@@ -155,7 +155,7 @@ pub(super) fn read_spec(path: &Path, kind: Kind, onnx: &OnnxInfo, side: Option<u
                 needed("pixel", spec.pixel.map(|p| p.to_string()), None)?;
             }
             if let Some(pixel) = spec.pixel.filter(|p| !(1e-4..=0.1).contains(p)) {
-                return Err(wrong("`pixel` in 0.0001..=0.1 metres".into(), pixel.to_string()));
+                return Err(wrong("`pixel` of 0.0001 to 0.1 metres".into(), pixel.to_string()));
             }
             if kind == Kind::Gn {
                 let angles = number(super::kind::GRASP_ANGLES);

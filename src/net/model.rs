@@ -182,7 +182,7 @@ impl Model {
         // Before a runtime sees it.
         let info = file::check(path, &bytes, onnx, kind, options)?;
         if options.threads == 0 || options.threads > 1024 {
-            return Err(Error::argument("threads", format!("is {}; it must lie in 1..=1024", options.threads)));
+            return Err(Error::argument("threads", format!("is {}; it must lie in 1 to 1024", options.threads)));
         }
         let runtime = Runtime::open(&options.runtime)?;
         let fixed = with_fixed_batch(&bytes, info.interface, runtime);

@@ -133,7 +133,7 @@ fn impossible_parameters_are_refused() {
         (GeneratorParams { bodies: RangeInclusive::new(5, 4), ..base() }, "generator.bodies: is 5..=4"),
         (GeneratorParams { bodies: 5..=129, ..base() }, "generator.bodies: is 5..=129"),
         (GeneratorParams { gap: [-0.001, 0.0], ..base() }, "generator.gap[0]: is -0.001"),
-        (GeneratorParams { gap: [0.002, 0.001], ..base() }, "generator.gap[1]: is 0.001; it must lie in 0.002..=0.02"),
+        (GeneratorParams { gap: [0.002, 0.001], ..base() }, "generator.gap[1]: is 0.001; it must lie in 0.002 to 0.02"),
         (GeneratorParams { gap: [0.001, f64::NAN], ..base() }, "generator.gap[1]: is NaN"),
         (GeneratorParams { midpoint_chance: 1.5, ..base() }, "generator.midpoint_chance: is 1.5"),
     ] {

@@ -362,7 +362,7 @@ fn check_count(field: &str, value: u32, least: u32, most: u32) -> Result<()> {
     if (least..=most).contains(&value) {
         return Ok(());
     }
-    Err(Error::argument(field, format!("is {value}; it must lie in {least}..={most}")))
+    Err(Error::argument(field, format!("is {value}; it must lie in {least} to {most}")))
 }
 
 #[cfg(test)]

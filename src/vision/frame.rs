@@ -53,7 +53,7 @@ impl Frame {
         bounds::PIXEL.check("frame.pixel", self.pixel)?;
         for (name, side) in [("frame.rows", self.rows), ("frame.cols", self.cols)] {
             if !(1..=MAX_SIDE).contains(&side) {
-                return Err(Error::argument(name, format!("is {side}; it must lie in 1..={MAX_SIDE}")));
+                return Err(Error::argument(name, format!("is {side}; it must lie in 1 to {MAX_SIDE}")));
             }
         }
         Ok(())

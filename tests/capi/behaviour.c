@@ -517,6 +517,27 @@ static void threads(jostle_context *context)
     }
 }
 
+/* Every look makes a scene of its own: what failed on the last one is not offered on the next. */
+static void remembered_failures(jostle_context *context)
+{
+    jostle_planner *planner = planner_of(context, 1, 200);
+    for (int look = 0; look < 3; ++look) {
+        jostle_scene *scene = NULL;
+        jostle_plan *plan = NULL;
+        jostle_action action;
+        MUST(jostle_scene_new(context, &scene));
+        jostle_body target = add(scene, NULL, 0.5 + 0.0003 * look, 0);
+        add(scene, NULL, 0.5, 0.15);
+        MUST(jostle_planner_solve(planner, scene, target, NULL, &plan));
+        MUST(jostle_plan_action(plan, 0, &action));
+        CHECK(action.kind == (look ? JOSTLE_ACTION_PUSH : JOSTLE_ACTION_GRASP));
+        if (look == 0) MUST(jostle_planner_failed(planner, &action));
+        jostle_plan_free(plan);
+        jostle_scene_free(scene);
+    }
+    jostle_planner_free(planner);
+}
+
 /* A tall thin plate falls over: the push is executed, and its effect says that the outline is no longer true. */
 static void toppling(jostle_context *context)
 {
@@ -646,6 +667,7 @@ int main(void)
     threads(context);
     simulators(context);
     toppling(context);
+    remembered_failures(context);
     jostle_context_free(context);
     CHECK(jostle_handle_count() == 0);
     puts(failures ? "behaviour: failed" : "behaviour: as promised");

@@ -114,7 +114,7 @@ pub fn run(args: &BenchSearchArgs) -> Outcome<()> {
         return Err(Failure::usage(format!("each: is {}; at least 4 are needed, one for each limit", args.each)));
     }
     if let Some(bodies) = args.bodies.iter().find(|n| !(1..=MAX_BODIES).contains(*n)) {
-        return Err(Failure::usage(format!("bodies: is {bodies}; it must lie in 1..={MAX_BODIES}")));
+        return Err(Failure::usage(format!("bodies: is {bodies}; it must lie in 1 to {MAX_BODIES}")));
     }
     let search = if args.limits_only { None } else { Some(search(args, &options)?) };
     let report = Report { search, limits: bench_limits::measure(args, options.seed)? };
