@@ -510,6 +510,7 @@ fn the_document_holds_the_help() {
         "bench net",
         "assess chain",
         "assess grasp",
+        "assess robot",
         "render",
         "datagen push",
         "datagen ppn",

@@ -105,8 +105,9 @@ pub fn compare(
     Ok(Fidelity { engine: name, against, pushes, left_out, illegal, count: moved.count, moved, all })
 }
 
+/// Collects how far bodies are from where they should be.
 #[derive(Default)]
-struct Sums {
+pub(super) struct Sums {
     all_iou: Vec<f64>,
     iou: Vec<f64>,
     position_mm: Vec<f64>,
@@ -116,7 +117,7 @@ struct Sums {
 }
 
 impl Sums {
-    fn add(&mut self, footprint: &Footprint, before: &Pose2, wanted: &Pose2, got: &Pose2) {
+    pub fn add(&mut self, footprint: &Footprint, before: &Pose2, wanted: &Pose2, got: &Pose2) {
         let apart =
             |a: &Pose2, b: &Pose2| ((a.position() - b.position()).norm(), normalize_angle(a.theta - b.theta).abs());
         let moved = |to: &Pose2| {
@@ -137,7 +138,7 @@ impl Sums {
         self.rotation_deg.push(rotation.to_degrees());
     }
 
-    fn finish(&self) -> (MovedAgreement, AllAgreement) {
+    pub fn finish(&self) -> (MovedAgreement, AllAgreement) {
         let moved = MovedAgreement {
             count: self.iou.len(),
             mean_iou: mean(&self.iou),

@@ -23,6 +23,7 @@ mod metrics;
 mod rearrange;
 mod recording;
 mod report;
+pub mod robot;
 pub mod statistics;
 mod suite;
 #[cfg(test)]

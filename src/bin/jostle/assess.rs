@@ -1,4 +1,4 @@
-//! `jostle assess`: networks held against engines.
+//! `jostle assess`: networks held against engines; `assess_robot` has what is held against a robot.
 
 use std::sync::Arc;
 
@@ -14,6 +14,7 @@ use jostle::scene::{Scene, State};
 use serde::Serialize;
 
 use crate::args::{AssessChainArgs, AssessCommand, AssessGraspArgs, HeldOutArgs};
+use crate::assess_robot;
 use crate::output::{self, Outcome};
 use crate::progress;
 use crate::table::{Table, number, percent};
@@ -32,6 +33,7 @@ pub fn run(command: &AssessCommand) -> Outcome<()> {
     match command {
         AssessCommand::Chain(args) => chain(args),
         AssessCommand::Grasp(args) => grasp(args),
+        AssessCommand::Robot(args) => assess_robot::run(args),
     }
 }
 

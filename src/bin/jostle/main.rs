@@ -5,6 +5,7 @@
 
 mod args;
 mod assess;
+mod assess_robot;
 mod bench_image;
 mod bench_limits;
 mod bench_net;

@@ -1,7 +1,10 @@
-//! How networks are held against engines.
+//! How networks are held against engines, and what the library foretells against a robot.
 
-use clap::{Args, Subcommand};
+use std::path::PathBuf;
 
+use clap::{Args, Subcommand, ValueEnum};
+
+use super::planner::PhysicsArgs;
 use super::{ExecutingArgs, JsonArgs, parse_range};
 
 #[derive(Debug, Subcommand)]
@@ -10,6 +13,8 @@ pub enum AssessCommand {
     Chain(AssessChainArgs),
     /// What a network says of grasps, where or whether, against grasps tried out in an engine with a third dimension
     Grasp(AssessGraspArgs),
+    /// What is said of grasps, and where pushes are said to bring bodies, against grasps and pushes recorded of a robot
+    Robot(AssessRobotArgs),
 }
 
 /// Scenes that training data of the same family of shapes holds back.
@@ -60,6 +65,56 @@ pub struct AssessGraspArgs {
     pub count: usize,
     #[command(flatten)]
     pub scenes: HeldOutArgs,
+    #[command(flatten)]
+    pub json: JsonArgs,
+}
+
+/// Lines of recordings by what they are for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum SplitArg {
+    /// What constants were chosen on
+    Fit,
+    /// What figures are reported on
+    Report,
+    All,
+}
+
+impl SplitArg {
+    /// The name in the files; none for all.
+    pub fn name(self) -> Option<&'static str> {
+        match self {
+            SplitArg::Fit => Some("fit"),
+            SplitArg::Report => Some("report"),
+            SplitArg::All => None,
+        }
+    }
+}
+
+/// What a grasp has to do to count as one that went well.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum OutcomeArg {
+    /// Hold the target up to the end of the swing
+    Kept,
+    /// Satisfy the robot's own count, which may want more
+    Counted,
+}
+
+#[derive(Debug, Args)]
+pub struct AssessRobotArgs {
+    /// Recordings, one JSON object a line: a grasp or a push, by what it holds
+    #[arg(required = true, value_name = "FILE")]
+    pub files: Vec<PathBuf>,
+    /// Lines to look at, by their field `split`
+    #[arg(long, value_enum, default_value = "report")]
+    pub split: SplitArg,
+    /// The outcome of grasps that is foretold
+    #[arg(long, value_enum, default_value = "kept")]
+    pub outcome: OutcomeArg,
+    /// Gripper: robotiq_2f85 or dissertation_mask
+    #[arg(long, default_value = "robotiq_2f85", value_name = "NAME")]
+    pub gripper: String,
+    #[command(flatten)]
+    pub physics: PhysicsArgs,
     #[command(flatten)]
     pub json: JsonArgs,
 }

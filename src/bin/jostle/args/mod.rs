@@ -53,7 +53,7 @@ pub enum Command {
     Observe(ObserveArgs),
     /// Say what a network's file is and check it; without a file, list the built-in networks and what runs them
     Model(ModelArgs),
-    /// Hold networks against engines in scenes and shapes that no training saw
+    /// Hold networks against engines in scenes and shapes that no training saw, and what is foretold against a robot
     #[command(subcommand)]
     Assess(AssessCommand),
     /// Make training data for the networks: shards of tensors and a manifest; goes on where an earlier run ended

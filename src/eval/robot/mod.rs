@@ -1,0 +1,17 @@
+//! What a full robot did, held against what the library foretells: grasps and pushes recorded one attempt a line.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `record` | the lines of such files: [`RobotGrasp`], [`RobotPush`], and the scenes that they are about |
+//! | `grasps` | what a score says of the recorded grasps: [`GraspReliability`] |
+//! | `pushes` | where an engine says that the bodies go: [`PushAccuracy`] |
+
+mod grasps;
+mod pushes;
+mod record;
+#[cfg(test)]
+mod tests;
+
+pub use grasps::{BANDS, GraspReliability, ReliabilityBand, grasp_reliability};
+pub use pushes::{PushAccuracy, push_accuracy};
+pub use record::{GraspOutcome, RobotBody, RobotGrasp, RobotPush, RobotRecords, RobotSurfaces};
