@@ -511,6 +511,7 @@ fn the_document_holds_the_help() {
         "assess chain",
         "assess grasp",
         "assess robot",
+        "fit grasp",
         "render",
         "datagen push",
         "datagen ppn",

@@ -251,13 +251,16 @@ typedef struct jostle_grasp {
   double score;
 } jostle_grasp;
 
+/// What the score of a grasp is: one of the JOSTLE_SCORE_ values.
+typedef int32_t jostle_grasp_score;
+
 /// The measures of a two-finger gripper: the closed fingers it pushes with, the jaw it grasps with. Metres and radians.
 /// Widths, thicknesses and the opening lie in 1e-4 to 10 m, free gaps (clearances, fit) in 0 to 0.1 m.
 typedef struct jostle_gripper {
   /// Set by jostle_gripper_default().
   uint32_t struct_size;
-  /// 0.
-  uint32_t reserved;
+  /// What scores grasps: one of the JOSTLE_SCORE_ values.
+  jostle_grasp_score grasp_score;
   /// Closed fingers: extent across the push.
   double push_width;
   /// Closed fingers: extent along the push.
@@ -803,6 +806,16 @@ typedef int32_t jostle_effect;
 /// zero. jostle_plan_waypoints gives the way.
 #define JOSTLE_ACTION_DRAG 4
 
+/// A judgement by the shape of the grip (the default).
+#define JOSTLE_SCORE_SHAPE 0
+
+/// The chance that the gripper keeps the body, by shape, height and mass of the body and the room of the fingers: the model
+/// of robotiq_2f85_kept, at this gripper's size.
+#define JOSTLE_SCORE_KEPT 1
+
+/// A chance by the tables of the scene's own file, which a struct does not hold: a scene that has them keeps them.
+#define JOSTLE_SCORE_OWN 2
+
 /// Its frame's origin is outside (the default).
 #define JOSTLE_LEAVE_CENTRE 1
 
@@ -1226,7 +1239,8 @@ jostle_status jostle_scene_best_grasp(const struct jostle_scene *scene,
 jostle_status jostle_gripper_init(struct jostle_gripper *gripper,
                                   size_t size);
 
-/// The measures of a gripper of the library: "robotiq_2f85" or "dissertation_mask".
+/// The measures of a gripper of the library: "robotiq_2f85", "robotiq_2f85_kept" (the same, which scores grasps by the chance
+/// that it keeps the body) or "dissertation_mask".
 ///
 /// Thread: any.
 /// RT: no.

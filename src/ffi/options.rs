@@ -7,7 +7,17 @@ use super::guard::guard;
 use super::scene::{jostle_scene, with, with_mut};
 use super::status::{Failure, Outcome, jostle_status};
 use crate::bounds;
-use crate::scene::{Friction, Grasper, Gripper, LeaveRule, LeaveScope, PushTip, Workspace};
+use crate::scene::{Friction, Grasper, Gripper, Keeping, LeaveRule, LeaveScope, PushTip, Workspace};
+
+/// What the score of a grasp is: one of the JOSTLE_SCORE_ values.
+pub type jostle_grasp_score = i32;
+/// A judgement by the shape of the grip (the default).
+pub const JOSTLE_SCORE_SHAPE: jostle_grasp_score = 0;
+/// The chance that the gripper keeps the body, by shape, height and mass of the body and the room of the fingers: the model
+/// of robotiq_2f85_kept, at this gripper's size.
+pub const JOSTLE_SCORE_KEPT: jostle_grasp_score = 1;
+/// A chance by the tables of the scene's own file, which a struct does not hold: a scene that has them keeps them.
+pub const JOSTLE_SCORE_OWN: jostle_grasp_score = 2;
 
 /// The measures of a two-finger gripper: the closed fingers it pushes with, the jaw it grasps with. Metres and radians.
 /// Widths, thicknesses and the opening lie in 1e-4 to 10 m, free gaps (clearances, fit) in 0 to 0.1 m.
@@ -16,8 +26,8 @@ use crate::scene::{Friction, Grasper, Gripper, LeaveRule, LeaveScope, PushTip, W
 pub struct jostle_gripper {
     /// Set by jostle_gripper_default().
     pub struct_size: u32,
-    /// 0.
-    pub reserved: u32,
+    /// What scores grasps: one of the JOSTLE_SCORE_ values.
+    pub grasp_score: jostle_grasp_score,
     /// Closed fingers: extent across the push.
     pub push_width: f64,
     /// Closed fingers: extent along the push.
@@ -47,7 +57,11 @@ impl From<&Gripper> for jostle_gripper {
         let (p, g) = (&gripper.push, &gripper.grasp);
         jostle_gripper {
             struct_size: size_of::<Self>() as u32,
-            reserved: 0,
+            grasp_score: match &gripper.keeping {
+                None => JOSTLE_SCORE_SHAPE,
+                Some(keeping) if *keeping == Keeping::robotiq_2f85().scaled(gripper.scale()) => JOSTLE_SCORE_KEPT,
+                Some(_) => JOSTLE_SCORE_OWN,
+            },
             push_width: p.width,
             push_thickness: p.thickness,
             push_clearance: p.clearance,
@@ -86,7 +100,8 @@ pub unsafe extern "C" fn jostle_gripper_init(gripper: *mut jostle_gripper, size:
     guard("jostle_gripper_init", |_| unsafe { init_sized(gripper, "gripper", size) })
 }
 
-/// The measures of a gripper of the library: "robotiq_2f85" or "dissertation_mask".
+/// The measures of a gripper of the library: "robotiq_2f85", "robotiq_2f85_kept" (the same, which scores grasps by the chance
+/// that it keeps the body) or "dissertation_mask".
 ///
 /// Thread: any.
 /// RT: no.
@@ -129,7 +144,9 @@ pub unsafe extern "C" fn jostle_scene_set_gripper(
                 min_cover: g.min_cover,
                 max_wedge: g.max_wedge,
             },
+            keeping: None,
         };
+        new.keeping = keeping_of(g.grasp_score, &new, content.gripper.keeping.as_ref())?;
         new.validate().map_err(|error| {
             let mut failure = Failure::from(error);
             failure.message =
@@ -139,13 +156,26 @@ pub unsafe extern "C" fn jostle_scene_set_gripper(
         // Files and reports name a gripper of the library by its name.
         new.name = Gripper::NAMES
             .into_iter()
-            .find(|name| Gripper::by_name(name).is_ok_and(|known| (known.push, known.grasp) == (new.push, new.grasp)))
+            .find(|name| Gripper::by_name(name).is_ok_and(|known| Gripper { name: String::new(), ..known } == new))
             .unwrap_or("custom")
             .to_string();
         content.gripper = new;
         content.changed();
         Ok(())
     })
+}
+
+/// The model that a value of `grasp_score` names, for a gripper of these measures.
+fn keeping_of(score: jostle_grasp_score, gripper: &Gripper, own: Option<&Keeping>) -> Outcome<Option<Keeping>> {
+    match (score, own) {
+        (JOSTLE_SCORE_SHAPE, _) => Ok(None),
+        (JOSTLE_SCORE_KEPT, _) => Ok(Some(Keeping::robotiq_2f85().scaled(gripper.scale()))),
+        (JOSTLE_SCORE_OWN, Some(own)) => Ok(Some(own.clone())),
+        (JOSTLE_SCORE_OWN, None) => {
+            Err(Failure::argument("gripper.grasp_score", "is 2, but the scene has no tables of its own to score by"))
+        }
+        _ => Err(Failure::argument("gripper.grasp_score", format!("is {score}; it must be a JOSTLE_SCORE_ value"))),
+    }
 }
 
 /// The gripper of the scene's robot.

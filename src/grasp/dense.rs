@@ -1,8 +1,8 @@
 //! The score of every grasp of a body on a grid of positions and directions: the truth that a grasp map is to tell.
 
-use super::hold::Subject;
+use super::hold::{Rule, Subject};
 use super::jaw::Pieces;
-use super::test::{GraspScratch, GraspTest, clearance, seen_from};
+use super::test::{GraspScratch, GraspTest, Room, seen_from};
 use crate::geom::{Pose2, Vec2, vec2};
 use crate::scene::{Scene, State};
 
@@ -51,9 +51,9 @@ impl GraspTest {
         let grasper = &scene.gripper().grasp;
         let (opening, half) = (grasper.opening, grasper.finger_width / 2.0);
         let gripper = scene.gripper();
-        let score = &self.params().score.fitted(gripper);
+        let rule = Rule::new(gripper, self.params().score.fitted(gripper));
         let footprint = &scene.body(body).footprint;
-        let subject = Subject::new(footprint, gripper.scale());
+        let subject = Subject::new(scene.body(body));
         let own = state.pose(body).frame();
         // No part of a jaw that holds the body is farther from its origin.
         let reach = footprint.radius + opening + grasper.finger_thickness + grasper.finger_width;
@@ -80,7 +80,7 @@ impl GraspTest {
                     if cover < grasper.min_cover || at.x < left - span || at.x > right + span {
                         continue;
                     }
-                    let hold = subject.hold(&seen, at.y, opening, grasper, score, &mut scratch.pieces);
+                    let hold = subject.hold(&seen, at.y, opening, &rule, &mut scratch.pieces);
                     let Some(hold) = hold else { continue };
                     let fits = at.x >= hold.lo
                         && at.x <= hold.hi
@@ -90,9 +90,9 @@ impl GraspTest {
                     if !fits {
                         continue;
                     }
-                    let (spare, _) = clearance(&others, at.x, at.y, opening, grasper, score.full_clearance);
-                    if spare >= 0.0 {
-                        let value = hold.score * score.clearance(spare);
+                    let room = Room::about(&others, at.x, at.y, opening, grasper, rule.enough_clearance());
+                    if room.spare >= 0.0 {
+                        let value = hold.scored(at.x, opening, room.gap, room.spare, &rule);
                         if value > 0.0 {
                             visit(k, row, col, value);
                         }

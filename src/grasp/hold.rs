@@ -3,15 +3,27 @@
 use super::jaw::{Band, Pieces};
 use super::params::GraspScore;
 use crate::geom::{Footprint, Frame, Piece, Shape, Vec2};
-use crate::scene::Grasper;
+use crate::scene::{Body, GraspFeatures, Grasper, Gripper};
 
 /// Features of the target this close to the point that a pad meets first count as met: a pad gives that much. Metres, for
 /// the published gripper.
 const TOUCH: f64 = 5e-5;
+/// What lies this close to the target's outermost point comes to lie on the pad when it closes ([`GraspFeatures::touch`]):
+/// metres, for the published gripper.
+const YIELD: f64 = 0.002;
 /// From a whole factor of the end to its floor, as a share of the way to the end.
 const END_WIDTH: f64 = 0.1;
 /// An edge is in a band if this much of it is, metres, for the published gripper.
 const SLIVER: f64 = 1e-6;
+
+/// By what a hold is judged.
+pub(super) struct Rule<'a> {
+    pub gripper: &'a Gripper,
+    /// Fitted to the gripper.
+    pub score: GraspScore,
+    /// Of the gripper: [`Gripper::scale`].
+    pub scale: f64,
+}
 
 /// A body between the pads, in the jaw's frame turned about the body's origin: x is the position of the jaw's middle.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,8 +38,14 @@ pub(super) struct Hold {
     pub cover: f64,
     /// Angle between the two gripped faces, radians.
     pub wedge: f64,
+    /// The least turn that lays a face flat on its pad, radians.
+    turn: f64,
+    /// How far the target reaches beyond the pads' middle along them, the lesser of both ways.
+    past: f64,
     /// Score with all the clearance in the world.
     pub score: f64,
+    /// Log odds of keeping without the share of the clearance; 0 for a gripper without a model of that.
+    log_odds: f64,
 }
 
 impl Hold {
@@ -44,6 +62,20 @@ impl Hold {
         opening / 2.0 - grasper.fit - (self.right - x).max(x - self.left)
     }
 
+    /// Gap between the open fingers and the target with the jaw's middle at `x`, metres.
+    pub fn gap(&self, x: f64, opening: f64) -> f64 {
+        opening / 2.0 - (self.right - x).max(x - self.left)
+    }
+
+    /// The score with the jaw's middle at `x`, where the open fingers have `gap` to the other bodies and the rule's spare
+    /// room beside these is `spare`, metres.
+    pub fn scored(&self, x: f64, opening: f64, gap: f64, spare: f64, rule: &Rule) -> f64 {
+        match &rule.gripper.keeping {
+            Some(keeping) => keeping.with_clearance(self.log_odds, gap.min(self.gap(x, opening))),
+            None => self.score * rule.score.clearance(spare),
+        }
+    }
+
     /// The pads cover enough of the target, and its faces are parallel enough.
     pub fn meets(&self, grasper: &Grasper) -> bool {
         self.cover >= grasper.min_cover && self.wedge <= grasper.max_wedge
@@ -55,35 +87,40 @@ impl Hold {
     }
 }
 
-/// A body's shape for working out holds.
+impl<'a> Rule<'a> {
+    /// `score` as [`GraspScore::fitted`] to the gripper gives it.
+    pub fn new(gripper: &'a Gripper, score: GraspScore) -> Self {
+        Rule { gripper, score, scale: gripper.scale() }
+    }
+
+    /// More room than this makes no grasp better, metres.
+    pub fn enough_clearance(&self) -> f64 {
+        self.gripper.keeping.as_ref().map_or(self.score.full_clearance, |keeping| keeping.clearance.end())
+    }
+}
+
+/// A body for working out holds.
 pub(super) struct Subject<'a> {
+    body: &'a Body,
     pub footprint: &'a Footprint,
     /// The outlines that are no discs.
     outlines: Vec<&'a [Vec2]>,
-    /// Of the gripper: [`crate::scene::Gripper::scale`].
-    scale: f64,
 }
 
 impl<'a> Subject<'a> {
-    pub fn new(footprint: &'a Footprint, scale: f64) -> Self {
+    pub fn new(body: &'a Body) -> Self {
+        let footprint = &body.footprint;
         let mut discs = Vec::new();
         mark_discs(&footprint.shape, &mut discs);
         let outlines =
             footprint.outlines.iter().zip(&discs).filter(|(_, disc)| !**disc).map(|(o, _)| o.as_slice()).collect();
-        Self { footprint, outlines, scale }
+        Self { body, footprint, outlines }
     }
 
     /// The hold of a jaw whose frame sees the body at `frame`, with the pads' middle at height `y`.
     /// `pieces` is working memory. None where there is nothing between the pads.
-    pub fn hold(
-        &self,
-        frame: &Frame,
-        y: f64,
-        opening: f64,
-        grasper: &Grasper,
-        score: &GraspScore,
-        pieces: &mut Pieces,
-    ) -> Option<Hold> {
+    pub fn hold(&self, frame: &Frame, y: f64, opening: f64, rule: &Rule, pieces: &mut Pieces) -> Option<Hold> {
+        let (grasper, score) = (&rule.gripper.grasp, &rule.score);
         pieces.clear();
         pieces.add(0, self.footprint, frame);
         let half = grasper.finger_width / 2.0;
@@ -103,27 +140,62 @@ impl<'a> Subject<'a> {
             .iter()
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi): (f64, f64), p| (lo.min(p.min.y), hi.max(p.max.y)));
         let within = |reach: f64| (high.min(y + reach) - low.max(y - reach)).max(0.0);
-        let (right_tilts, left_tilts) = (self.tilts(frame, pads, 1.0)?, self.tilts(frame, pads, -1.0)?);
+        let (right_tilts, left_tilts) =
+            (self.tilts(frame, pads, 1.0, rule.scale)?, self.tilts(frame, pads, -1.0, rule.scale)?);
         let wedge = (right_tilts.lo - left_tilts.hi).max(left_tilts.lo - right_tilts.hi).max(0.0);
         let turn = right_tilts.least.min(left_tilts.least);
         let spare = (opening - (right - left)) / 2.0 - grasper.fit;
         let middle = frame.point(self.footprint.centroid).y;
         let end = if y > middle { (y - middle) / (high - middle) } else { (y - middle) / (low - middle) };
-        Some(Hold {
+        let mut hold = Hold {
             lo: need_right - opening / 2.0,
             hi: need_left + opening / 2.0,
             left,
             right,
             cover: within(half),
             wedge,
-            score: score.alone(within(2.0 * half), wedge, grasper.max_wedge, turn, spare) * score.end(end, turn),
-        })
+            turn,
+            past: (high - y).min(y - low),
+            score: 0.0,
+            log_odds: 0.0,
+        };
+        match &rule.gripper.keeping {
+            Some(keeping) => {
+                let features = self.features(&hold, y, opening, rule, pieces);
+                hold.log_odds = keeping.without_clearance(&features);
+                hold.score = keeping.with_clearance(hold.log_odds, features.clearance);
+            }
+            None => {
+                let alone = score.alone(within(2.0 * half), wedge, grasper.max_wedge, turn, spare);
+                hold.score = alone * score.end(end, turn);
+            }
+        }
+        Some(hold)
+    }
+
+    /// What a hold is known by, its clearance being that to the target from the middle. `pieces` are those that it was
+    /// found with.
+    pub fn features(&self, hold: &Hold, y: f64, opening: f64, rule: &Rule, pieces: &Pieces) -> GraspFeatures {
+        let pads = Band::around(y, rule.gripper.grasp.finger_width / 2.0);
+        let touch = |side: f64, outermost: f64| {
+            let met = pieces.iter().filter_map(|p| pieces.beyond(p, pads, side, outermost - rule.scale * YIELD));
+            met.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))).map_or(0.0, |(lo, hi)| hi - lo)
+        };
+        GraspFeatures {
+            width: hold.width(),
+            touch: touch(1.0, hold.right).min(touch(-1.0, -hold.left)),
+            turn: hold.turn,
+            end: hold.past,
+            clearance: hold.gap(hold.middle(), opening),
+            height: self.body.height,
+            mass: self.body.mass,
+        }
     }
 
     /// The tilts of the faces that the pad on one side (1: towards +x, -1: towards -x) meets in the band: angles of
     /// the faces' normals from the pad's, the same for parallel faces on either side. A corner met in the band's
     /// inside stands for every tilt between its two faces.
-    fn tilts(&self, frame: &Frame, band: Band, side: f64) -> Option<Tilts> {
+    fn tilts(&self, frame: &Frame, band: Band, side: f64, scale: f64) -> Option<Tilts> {
         let mut tilts = Tilts { lo: f64::INFINITY, hi: f64::NEG_INFINITY, least: f64::INFINITY };
         let mut reach = f64::NEG_INFINITY;
         // Twice over: how far the faces reach, then which of them reach so far.
@@ -131,7 +203,7 @@ impl<'a> Subject<'a> {
             let mut face = |extent: f64, tilt: f64| {
                 if pass == 0 {
                     reach = reach.max(extent);
-                } else if extent >= reach - self.scale * TOUCH {
+                } else if extent >= reach - scale * TOUCH {
                     tilts.lo = tilts.lo.min(tilt);
                     tilts.hi = tilts.hi.max(tilt);
                     tilts.least = tilts.least.min(tilt.abs());
@@ -142,7 +214,7 @@ impl<'a> Subject<'a> {
                     let (p, q) = (frame.point(p), frame.point(outline[(i + 1) % outline.len()]));
                     let (nx, ny) = ((q.y - p.y) * side, (p.x - q.x) * side);
                     let (lo, hi) = (p.y.min(q.y).max(band.lo), p.y.max(q.y).min(band.hi));
-                    if nx <= 0.0 || hi - lo <= (self.scale * SLIVER).min(nx / 2.0) {
+                    if nx <= 0.0 || hi - lo <= (scale * SLIVER).min(nx / 2.0) {
                         continue;
                     }
                     let x = |y: f64| (p.x + (q.x - p.x) * (y - p.y) / (q.y - p.y)) * side;

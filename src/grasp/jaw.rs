@@ -102,6 +102,45 @@ impl Pieces {
         (min <= max).then_some((min, max))
     }
 
+    /// The y that the piece takes up within the band where x is at least `least` on one side (1: towards +x, -1: where -x
+    /// is at least `least`).
+    pub fn beyond(&self, piece: &Moved, band: Band, side: f64, least: f64) -> Option<(f64, f64)> {
+        if (piece.max.x * side).max(piece.min.x * side) < least || piece.min.y > band.hi || piece.max.y < band.lo {
+            return None;
+        }
+        let points = &self.points[piece.first..piece.end];
+        let (mut min, mut max) = (f64::INFINITY, f64::NEG_INFINITY);
+        let mut meet = |x: f64, y: f64| {
+            if x >= least && y >= band.lo && y <= band.hi {
+                min = min.min(y);
+                max = max.max(y);
+            }
+        };
+        if let [centre] = points {
+            let dx = (least - centre.x * side).max(0.0);
+            let half = (piece.radius * piece.radius - dx * dx).max(0.0).sqrt();
+            let (lo, hi) = ((centre.y - half).max(band.lo), (centre.y + half).min(band.hi));
+            return (lo <= hi).then_some((lo, hi));
+        }
+        // The region's ends along y are corners of the piece or where its edges leave the region.
+        let last = points[points.len() - 1];
+        let mut p = (last.x * side, last.y);
+        for q in points {
+            let q = (q.x * side, q.y);
+            meet(q.0, q.1);
+            for y in [band.lo, band.hi] {
+                if (p.1 < y) != (q.1 < y) {
+                    meet(p.0 + (q.0 - p.0) * ((y - p.1) / (q.1 - p.1)), y);
+                }
+            }
+            if (p.0 < least) != (q.0 < least) {
+                meet(least, p.1 + (q.1 - p.1) * ((least - p.0) / (q.0 - p.0)));
+            }
+            p = q;
+        }
+        (min <= max).then_some((min, max))
+    }
+
     /// How far a rectangle can grow on all sides before it meets the piece, metres; negative: how far it must shrink.
     /// Values from `cap` on may be too small, but are at least `cap`.
     pub fn growth(&self, piece: &Moved, centre: Vec2, half: Vec2, cap: f64) -> f64 {
@@ -165,6 +204,34 @@ mod tests {
                 assert!((a - (0.1 - want)).abs() < 1e-12 && (b - (0.1 + want)).abs() < 1e-12, "{lo} {hi}: {a} {b}");
             }
             assert!(p.slice(piece, Band { lo: 0.321, hi: 0.4 }).is_none());
+        }
+    }
+
+    #[test]
+    fn what_lies_beyond_a_line_has_an_extent() {
+        let square = pieces(Shape::rectangle(0.04, 0.06), Pose2::new(0.1, 0.3, 0.0));
+        let disc = pieces(Shape::Disc { radius: 0.02 }, Pose2::new(0.1, 0.3, 0.0));
+        let r = 0.02f64;
+        let diamond =
+            pieces(Shape::ConvexPolygon(vec![[r, 0.0], [0.0, r], [-r, 0.0], [0.0, -r]]), Pose2::new(0.1, 0.3, 0.0));
+        let chord = (r * r - 0.018f64.powi(2)).sqrt();
+        for (pieces, half, wanted) in [
+            (&square, 0.03, 0.03),
+            (&square, 0.011, 0.011),
+            (&disc, 0.03, chord),
+            (&disc, 0.001, 0.001),
+            (&diamond, 0.03, 0.002),
+        ] {
+            let piece = pieces.iter().next().unwrap();
+            for (side, least) in [(1.0, 0.118), (-1.0, -0.082)] {
+                let (lo, hi) = pieces.beyond(piece, Band::around(0.3, half), side, least).unwrap();
+                assert!(
+                    (lo - (0.3 - wanted)).abs() < 1e-12 && (hi - (0.3 + wanted)).abs() < 1e-12,
+                    "{wanted}: {lo} {hi}"
+                );
+                assert!(pieces.beyond(piece, Band::around(0.3, half), side, least + 0.003).is_none());
+                assert!(pieces.beyond(piece, Band::around(0.35, 0.01), side, least).is_none());
+            }
         }
     }
 

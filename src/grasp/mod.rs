@@ -22,6 +22,8 @@ mod graspability;
 mod hold;
 mod holds;
 mod jaw;
+#[cfg(test)]
+mod keeping_tests;
 mod map;
 #[cfg(test)]
 mod network_tests;

@@ -3,11 +3,11 @@
 
 use std::sync::OnceLock;
 
-use super::hold::{Hold, Subject};
+use super::hold::{Hold, Rule, Subject};
 use super::jaw::Pieces;
 use super::params::GraspParams;
 use crate::geom::{Footprint, Frame, Vec2, convex_hull, vec2};
-use crate::scene::{Grasper, Scene};
+use crate::scene::{Body, Grasper, Gripper, Keeping, Scene};
 
 /// At the ends of a body the pads cover this much more than they must, the noise of an observation: metres, for the
 /// published gripper.
@@ -48,12 +48,28 @@ pub(super) struct BodyTable {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Tables {
     bodies: Vec<OnceLock<BodyTable>>,
-    /// Area and radius of every footprint.
-    measures: Vec<(f64, f64)>,
+    /// What the holds of every body depend on.
+    measures: Vec<Measures>,
     /// Fitted to the scene's gripper.
     pub params: GraspParams,
     grasper: Grasper,
     scale: f64,
+    keeping: Option<Keeping>,
+}
+
+/// Area and radius of a footprint; height and mass where the gripper's score asks for them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Measures {
+    area: f64,
+    radius: f64,
+    height_and_mass: Option<(f64, f64)>,
+}
+
+impl Measures {
+    fn of(body: &Body, gripper: &Gripper) -> Measures {
+        let height_and_mass = gripper.keeping.is_some().then_some((body.height, body.mass));
+        Measures { area: body.footprint.area, radius: body.footprint.radius, height_and_mass }
+    }
 }
 
 impl Tables {
@@ -61,31 +77,35 @@ impl Tables {
         Tables {
             // Not `vec![..; n]`: valgrind takes the copy of an empty cell for a use of what it does not hold.
             bodies: std::iter::repeat_with(OnceLock::new).take(scene.len()).collect(),
-            measures: scene.bodies().iter().map(|b| (b.footprint.area, b.footprint.radius)).collect(),
+            measures: scene.bodies().iter().map(|b| Measures::of(b, scene.gripper())).collect(),
             params: params.fitted(scene.gripper()),
             grasper: scene.gripper().grasp,
             scale: scene.gripper().scale(),
+            keeping: scene.gripper().keeping.clone(),
         }
     }
 
     /// The table of a body of a scene that they fit, made when it is first asked for.
     pub fn body(&self, scene: &Scene, body: usize) -> Option<&BodyTable> {
         let table = self.bodies.get(body)?;
-        let made = || BodyTable::new(&scene.body(body).footprint, &self.grasper, &self.params, self.scale);
-        Some(table.get_or_init(made))
+        Some(table.get_or_init(|| BodyTable::new(scene.body(body), scene.gripper(), &self.params)))
     }
 
     /// The tables were made for footprints and a gripper like this scene's.
     pub fn fits(&self, scene: &Scene) -> bool {
-        let measures = scene.bodies().iter().map(|b| (b.footprint.area, b.footprint.radius));
         let gripper = scene.gripper();
-        self.grasper == gripper.grasp && self.scale == gripper.scale() && measures.eq(self.measures.iter().copied())
+        let measures = scene.bodies().iter().map(|b| Measures::of(b, gripper));
+        self.grasper == gripper.grasp
+            && self.scale == gripper.scale()
+            && self.keeping == gripper.keeping
+            && measures.eq(self.measures.iter().copied())
     }
 }
 
 impl BodyTable {
-    fn new(footprint: &Footprint, grasper: &Grasper, params: &GraspParams, scale: f64) -> BodyTable {
-        let subject = Subject::new(footprint, scale);
+    fn new(body: &Body, gripper: &Gripper, params: &GraspParams) -> BodyTable {
+        let (footprint, grasper, rule) = (&body.footprint, &gripper.grasp, Rule::new(gripper, params.score));
+        let subject = Subject::new(body);
         let zero = longest_side_normal(footprint);
         let directions: Vec<(f64, f64, f64)> = (0..params.angles)
             .map(|k| {
@@ -102,10 +122,10 @@ impl BodyTable {
         let mut narrowest = f64::INFINITY;
         for (direction, &(_, sin, cos)) in directions.iter().enumerate() {
             let seen = Frame { origin: Vec2::zeros(), sin: -sin, cos };
-            offsets(footprint, &seen, grasper, params, scale, &mut heights);
+            offsets(footprint, &seen, grasper, params, rule.scale, &mut heights);
             for &y in &heights {
                 for &opening in openings.iter().filter(|o| **o <= grasper.opening) {
-                    let hold = subject.hold(&seen, y, opening, grasper, &params.score, &mut pieces);
+                    let hold = subject.hold(&seen, y, opening, &rule, &mut pieces);
                     let Some(hold) = hold.filter(|h| h.meets(grasper)) else { continue };
                     narrowest = narrowest.min(hold.width());
                     if !hold.fits() {

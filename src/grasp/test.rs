@@ -1,14 +1,14 @@
 //! The geometric grasp test.
 
-use super::hold::{Hold, Subject};
+use super::hold::{Hold, Rule, Subject};
 use super::jaw::{Band, Pieces};
-use super::params::GraspParams;
+use super::params::{GraspParams, GraspScore};
 use super::scorer::GraspAssessment;
 use super::table::{BodyTable, Candidate, Tables};
 use crate::action::Grasp;
 use crate::error::Result;
 use crate::geom::{Frame, Pose2, Vec2, vec2};
-use crate::scene::{Grasper, Scene, State};
+use crate::scene::{GraspFeatures, Grasper, Scene, State};
 
 /// Scores and margins closer than this are equal: rounding must not choose between grasps.
 const EQUAL: f64 = 1e-9;
@@ -100,6 +100,10 @@ pub struct GraspCheck {
     pub width: f64,
     /// Quality in [0, 1]; 0 where a condition is not met.
     pub score: f64,
+    /// The chance that the gripper keeps the target, whether or not the conditions are met: they say what a planner may
+    /// do. None for a gripper without a model of that ([`crate::scene::Keeping`]); 0 where no part of the target is
+    /// between the pads.
+    pub chance: Option<f64>,
 }
 
 impl GraspCheck {
@@ -176,6 +180,12 @@ impl GraspTest {
         })
     }
 
+    /// The score of the best grasp that the body has where it lies alone; none where it has no grasp. As far as the test's
+    /// directions and positions go.
+    pub fn greatest_score(&self, scene: &Scene, body: usize) -> Option<f64> {
+        self.with_tables(scene, |tables| Some(tables.body(scene, body)?.candidates.first()?.hold.score))
+    }
+
     /// The best grasp, and how near the state is to allowing one.
     pub fn assess(&self, scene: &Scene, state: &State, body: usize, scratch: &mut GraspScratch) -> GraspAssessment {
         self.with_tables(scene, |tables| {
@@ -209,7 +219,8 @@ impl GraspTest {
         }
         let table = tables.body(scene, body)?;
         let params = &tables.params;
-        let grasper = &scene.gripper().grasp;
+        let (rule, grasper) = (Rule::new(scene.gripper(), params.score), &scene.gripper().grasp);
+        let enough = rule.enough_clearance();
         let GraspScratch { near, views, blocks, blocked, .. } = scratch;
         let pose = state.pose(body);
         let own = pose.frame();
@@ -247,7 +258,7 @@ impl GraspTest {
             }
             let wanted = candidate.guide && violation.is_some() && best.is_none();
             let free = collect_blocks(&view.pieces, candidate, grasper, !wanted, blocks)
-                .then(|| roomiest(&candidate.hold, blocks, blocked, params.score.full_clearance))
+                .then(|| roomiest(&candidate.hold, blocks, blocked, enough))
                 .flatten();
             let Some(x) = free else {
                 if let Some(least) = violation.as_deref_mut().filter(|_| wanted) {
@@ -255,11 +266,11 @@ impl GraspTest {
                 }
                 continue;
             };
-            let cap = candidate.margin.max(params.score.full_clearance);
+            let cap = candidate.margin.max(enough);
+            let room = Room::about(&view.pieces, x, candidate.y, candidate.opening, grasper, cap);
             // A position between the blocks is legal; rounding may say otherwise by a hair.
-            let (spare, _) = clearance(&view.pieces, x, candidate.y, candidate.opening, grasper, cap);
-            let spare = spare.max(0.0);
-            let score = candidate.hold.score * params.score.clearance(spare);
+            let spare = room.spare.max(0.0);
+            let score = candidate.hold.scored(x, candidate.opening, room.gap, spare, &rule);
             let margin = spare
                 .min(candidate.hold.fit_spare(x, candidate.opening, grasper).max(0.0))
                 .min((x - candidate.hold.lo).min(candidate.hold.hi - x).max(0.0))
@@ -276,28 +287,25 @@ impl GraspTest {
     /// Examines one grasp by the same rule, whatever its direction and position. Its `margin`, `score` and `width`
     /// are not read.
     pub fn check(&self, scene: &Scene, state: &State, grasp: &Grasp, scratch: &mut GraspScratch) -> GraspCheck {
-        let missing =
-            GraspCheck { margin: f64::NEG_INFINITY, limit: Limit::Missing, wedge: 0.0, width: 0.0, score: 0.0 };
-        let grasper = &scene.gripper().grasp;
-        let finite = grasp.position.iter().all(|v| v.is_finite()) && grasp.angle.is_finite() && grasp.opening > 0.0;
-        if grasp.body >= scene.len() || !state.is_present(grasp.body) || !scene.body(grasp.body).pickable || !finite {
-            return missing;
-        }
-        let jaw = Pose2::new(grasp.position[0], grasp.position[1], grasp.angle).frame();
-        let seen = seen_from(&jaw, &state.pose(grasp.body).frame());
         let score = self.params.score.fitted(scene.gripper());
-        let subject = Subject::new(&scene.body(grasp.body).footprint, scene.gripper().scale());
-        let pieces = &mut scratch.pieces;
-        let Some(hold) = subject.hold(&seen, 0.0, grasp.opening, grasper, &score, pieces) else {
-            return missing;
+        let Some((hold, features, room)) = look(scene, state, grasp, score, scratch) else {
+            return GraspCheck {
+                margin: f64::NEG_INFINITY,
+                limit: Limit::Missing,
+                wedge: 0.0,
+                width: 0.0,
+                score: 0.0,
+                chance: scene.gripper().keeping.as_ref().map(|_| 0.0),
+            };
         };
-        // `pieces` holds the target now; its own clearance to the fingers is part of the fit.
+        let grasper = &scene.gripper().grasp;
         let mut check = GraspCheck {
             margin: hold.fit_spare(0.0, grasp.opening, grasper),
             limit: Limit::Width,
             wedge: hold.wedge,
             width: hold.width(),
             score: 0.0,
+            chance: scene.gripper().keeping.as_ref().map(|keeping| keeping.chance(&features)),
         };
         let mut consider = |spare: f64, limit: Limit| {
             if spare < check.margin {
@@ -309,19 +317,55 @@ impl GraspTest {
             consider(grasper.opening - grasp.opening, Limit::Width);
         }
         consider(hold.cover - grasper.min_cover, Limit::Cover);
-        pieces.clear();
-        for (i, pose) in state.iter().filter(|(i, _)| *i != grasp.body) {
-            pieces.add(i, &scene.body(i).footprint, &seen_from(&jaw, &pose.frame()));
-        }
-        let (spare, limit) = clearance(pieces, 0.0, 0.0, grasp.opening, grasper, f64::INFINITY);
-        consider(spare, limit);
+        consider(room.spare, room.limit);
         if hold.wedge > grasper.max_wedge {
             check.limit = Limit::Wedge;
         } else if check.margin >= 0.0 {
-            check.score = hold.score * score.clearance(spare);
+            check.score = check.chance.unwrap_or_else(|| hold.score * score.clearance(room.spare));
         }
         check
     }
+
+    /// What one grasp is known by, whatever the rule says of it. None where no part of the body is between the pads, or
+    /// it is absent or not pickable. The grasp's `margin`, `score` and `width` are not read.
+    pub fn features(
+        &self,
+        scene: &Scene,
+        state: &State,
+        grasp: &Grasp,
+        scratch: &mut GraspScratch,
+    ) -> Option<GraspFeatures> {
+        let score = self.params.score.fitted(scene.gripper());
+        look(scene, state, grasp, score, scratch).map(|(_, features, _)| features)
+    }
+}
+
+/// What the jaw meets at one grasp.
+fn look(
+    scene: &Scene,
+    state: &State,
+    grasp: &Grasp,
+    score: GraspScore,
+    scratch: &mut GraspScratch,
+) -> Option<(Hold, GraspFeatures, Room)> {
+    let finite = grasp.position.iter().all(|v| v.is_finite()) && grasp.angle.is_finite() && grasp.opening > 0.0;
+    if grasp.body >= scene.len() || !state.is_present(grasp.body) || !scene.body(grasp.body).pickable || !finite {
+        return None;
+    }
+    let jaw = Pose2::new(grasp.position[0], grasp.position[1], grasp.angle).frame();
+    let seen = seen_from(&jaw, &state.pose(grasp.body).frame());
+    let (subject, rule) = (Subject::new(scene.body(grasp.body)), Rule::new(scene.gripper(), score));
+    let pieces = &mut scratch.pieces;
+    let hold = subject.hold(&seen, 0.0, grasp.opening, &rule, pieces)?;
+    let mut features = subject.features(&hold, 0.0, grasp.opening, &rule, pieces);
+    // `pieces` held the target; its own clearance to the fingers is part of the fit.
+    pieces.clear();
+    for (i, pose) in state.iter().filter(|(i, _)| *i != grasp.body) {
+        pieces.add(i, &scene.body(i).footprint, &seen_from(&jaw, &pose.frame()));
+    }
+    let room = Room::about(pieces, 0.0, 0.0, grasp.opening, &scene.gripper().grasp, f64::INFINITY);
+    features.clearance = room.gap.min(hold.gap(0.0, grasp.opening));
+    Some((hold, features, room))
 }
 
 /// A frame as seen from another.
@@ -416,27 +460,40 @@ fn measure(hold: &Hold, blocks: &[Block], positions: usize, least: &mut f64) {
     }
 }
 
-/// Least spare room of the fingers and of the space between them to the pieces, metres, and what leaves it. Values
-/// from `cap` on may be too small, but are at least `cap`.
-pub(super) fn clearance(pieces: &Pieces, x: f64, y: f64, opening: f64, grasper: &Grasper, cap: f64) -> (f64, Limit) {
-    let mut best = (f64::INFINITY, Limit::Missing);
-    let finger = vec2(grasper.finger_thickness / 2.0, grasper.finger_width / 2.0);
-    let space = vec2(opening / 2.0, grasper.finger_width / 2.0 - grasper.pad_edge);
-    let off = opening / 2.0 + grasper.finger_thickness / 2.0;
-    let clear = grasper.finger_clearance;
-    for piece in pieces.iter() {
-        for side in [-off, off] {
-            let spare = pieces.growth(piece, vec2(x + side, y), finger, cap.min(best.0) + clear) - clear;
-            if spare < best.0 {
-                best = (spare, Limit::Finger { body: piece.body });
+/// Room about the open jaw.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Room {
+    /// Least spare room of the fingers and of the space between them to the pieces, metres.
+    pub spare: f64,
+    /// What leaves it.
+    pub limit: Limit,
+    /// Least gap of the fingers alone to the pieces, metres.
+    pub gap: f64,
+}
+
+impl Room {
+    /// Values from `cap` on may be too small, but are at least `cap`.
+    pub fn about(pieces: &Pieces, x: f64, y: f64, opening: f64, grasper: &Grasper, cap: f64) -> Room {
+        let mut room = Room { spare: f64::INFINITY, limit: Limit::Missing, gap: f64::INFINITY };
+        let finger = vec2(grasper.finger_thickness / 2.0, grasper.finger_width / 2.0);
+        let space = vec2(opening / 2.0, grasper.finger_width / 2.0 - grasper.pad_edge);
+        let off = opening / 2.0 + grasper.finger_thickness / 2.0;
+        let clear = grasper.finger_clearance;
+        for piece in pieces.iter() {
+            for side in [-off, off] {
+                let gap = pieces.growth(piece, vec2(x + side, y), finger, cap.min(room.gap) + clear);
+                room.gap = room.gap.min(gap);
+                if gap - clear < room.spare {
+                    (room.spare, room.limit) = (gap - clear, Limit::Finger { body: piece.body });
+                }
+            }
+            let spare = pieces.growth(piece, vec2(x, y), space, cap.min(room.spare));
+            if spare < room.spare {
+                (room.spare, room.limit) = (spare, Limit::Jaw { body: piece.body });
             }
         }
-        let spare = pieces.growth(piece, vec2(x, y), space, cap.min(best.0));
-        if spare < best.0 {
-            best = (spare, Limit::Jaw { body: piece.body });
-        }
+        room
     }
-    best
 }
 
 fn to_grasp(b: &Best, table: &BodyTable, body: usize, pose: &Pose2, own: &Frame) -> Grasp {

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::keeping::Keeping;
 use crate::bounds;
 use crate::error::{Error, Result, check_range};
 
@@ -49,6 +50,10 @@ pub struct Gripper {
     pub push: PushTip,
     #[serde(default)]
     pub grasp: Grasper,
+    /// The chance that it keeps what it grasps, which scores its grasps then. None: a judgement by the shape of the grip
+    /// alone scores them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub keeping: Option<Keeping>,
 }
 
 impl Default for PushTip {
@@ -83,7 +88,12 @@ impl Default for Gripper {
 impl Gripper {
     /// The Robotiq 2F-85 as the originals simulate it: opening 80.7 mm, fingers 15 mm thick and 22 mm wide.
     pub fn robotiq_2f85() -> Self {
-        Self { name: "robotiq_2f85".into(), push: PushTip::default(), grasp: Grasper::default() }
+        Self { name: "robotiq_2f85".into(), push: PushTip::default(), grasp: Grasper::default(), keeping: None }
+    }
+
+    /// The same, whose grasps are scored by the chance that it keeps the body ([`Keeping::robotiq_2f85`]).
+    pub fn robotiq_2f85_kept() -> Self {
+        Self { name: "robotiq_2f85_kept".into(), keeping: Some(Keeping::robotiq_2f85()), ..Self::robotiq_2f85() }
     }
 
     /// The footprint that the originals' image masks use: opening 70 mm, 125 mm over the fingers.
@@ -92,16 +102,18 @@ impl Gripper {
             name: "dissertation_mask".into(),
             push: PushTip::default(),
             grasp: Grasper { opening: 0.070, finger_thickness: 0.0275, ..Grasper::default() },
+            keeping: None,
         }
     }
 
     /// The names that [`Gripper::by_name`] knows.
-    pub const NAMES: [&'static str; 2] = ["robotiq_2f85", "dissertation_mask"];
+    pub const NAMES: [&'static str; 3] = ["robotiq_2f85", "robotiq_2f85_kept", "dissertation_mask"];
 
     /// A gripper of the library.
     pub fn by_name(name: &str) -> Result<Self> {
         match name {
             "robotiq_2f85" => Ok(Self::robotiq_2f85()),
+            "robotiq_2f85_kept" => Ok(Self::robotiq_2f85_kept()),
             "dissertation_mask" => Ok(Self::dissertation_mask()),
             _ => Err(Error::not_found(
                 "gripper",
@@ -134,7 +146,7 @@ impl Gripper {
     /// The same gripper with every length times `factor`.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Gripper {
-        let Gripper { name, push, grasp } = self;
+        let Gripper { name, push, grasp, keeping } = self;
         Gripper {
             name: name.clone(),
             push: PushTip {
@@ -152,6 +164,7 @@ impl Gripper {
                 min_cover: factor * grasp.min_cover,
                 max_wedge: grasp.max_wedge,
             },
+            keeping: keeping.as_ref().map(|keeping| keeping.scaled(factor)),
         }
     }
 
@@ -172,7 +185,7 @@ impl Gripper {
         if 2.0 * g.fit >= g.opening {
             return Err(Error::argument("gripper.grasp.fit", "leaves no room for an object within the opening"));
         }
-        Ok(())
+        self.keeping.as_ref().map_or(Ok(()), |keeping| keeping.validate().map_err(|error| error.within("gripper")))
     }
 }
 

@@ -294,6 +294,11 @@ static void bad_scenes(jostle_context *context, jostle_body target, jostle_body 
     gripper = jostle_gripper_default();
     gripper.push_width = 0;
     BAD(jostle_scene_set_gripper(scene, &gripper), ARGUMENT, "gripper.push_width: is 0");
+    gripper = jostle_gripper_default();
+    gripper.grasp_score = 3;
+    BAD(jostle_scene_set_gripper(scene, &gripper), ARGUMENT, "gripper.grasp_score: is 3");
+    gripper.grasp_score = JOSTLE_SCORE_OWN;
+    BAD(jostle_scene_set_gripper(scene, &gripper), ARGUMENT, "gripper.grasp_score: is 2, but the scene has no tables");
     gripper.struct_size = 0;
     BAD(jostle_scene_set_gripper(scene, &gripper), ARGUMENT, "gripper.struct_size: is 0");
     BAD(jostle_scene_get_gripper(scene, &gripper), ARGUMENT, "gripper.struct_size: is 0");

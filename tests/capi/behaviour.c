@@ -115,6 +115,11 @@ static void scenes(jostle_context *context)
     jostle_gripper gripper = jostle_gripper_default(), same;
     jostle_workspace workspace = jostle_workspace_default();
     double ground, tip;
+    MUST(jostle_gripper_by_name("robotiq_2f85_kept", &gripper));
+    MUST(jostle_scene_set_gripper(scene, &gripper));
+    same = jostle_gripper_default();
+    MUST(jostle_scene_get_gripper(scene, &same));
+    CHECK(memcmp(&same, &gripper, sizeof same) == 0 && same.grasp_score == JOSTLE_SCORE_KEPT);
     MUST(jostle_gripper_by_name("dissertation_mask", &gripper));
     MUST(jostle_scene_set_gripper(scene, &gripper));
     same = jostle_gripper_default();

@@ -9,9 +9,21 @@ use jostle::plan::GraspDecision;
 use jostle::scene::Gripper;
 use serde::Serialize;
 
-use crate::args::{AssessRobotArgs, OutcomeArg};
+use crate::args::{self, AssessRobotArgs, OutcomeArg};
 use crate::output::{self, Failure, Outcome};
 use crate::table::{Table, number, percent};
+
+/// Who chose the grasps that the library itself chose.
+const OWN: &str = "jostle";
+
+impl From<OutcomeArg> for GraspOutcome {
+    fn from(outcome: OutcomeArg) -> GraspOutcome {
+        match outcome {
+            OutcomeArg::Kept => GraspOutcome::Kept,
+            OutcomeArg::Counted => GraspOutcome::Counted,
+        }
+    }
+}
 
 #[derive(Serialize)]
 struct Report {
@@ -35,7 +47,7 @@ struct Grasps {
 }
 
 pub fn run(args: &AssessRobotArgs) -> Outcome<()> {
-    let gripper = Gripper::by_name(&args.gripper)?;
+    let gripper = args::gripper(&args.gripper)?;
     let mut records = RobotRecords::read(&args.files)?;
     if let Some(split) = args.split.name() {
         records = records.of_split(split);
@@ -66,21 +78,20 @@ pub fn run(args: &AssessRobotArgs) -> Outcome<()> {
 }
 
 fn grasps(recorded: &[RobotGrasp], args: &AssessRobotArgs, gripper: &Gripper) -> Outcome<Grasps> {
-    let outcome = match args.outcome {
-        OutcomeArg::Kept => GraspOutcome::Kept,
-        OutcomeArg::Counted => GraspOutcome::Counted,
-    };
+    let outcome = args.outcome.into();
     let (test, mut scratch) = (GraspTest::new(GraspParams::default())?, GraspScratch::default());
     let (mut all, mut own) = (Vec::with_capacity(recorded.len()), Vec::new());
     for attempt in recorded {
         let problem = attempt.problem(gripper)?;
         let check = test.check(&problem.scene, &problem.state, &attempt.grasp(gripper), &mut scratch);
-        all.push((check.score, attempt.went_well(outcome)));
-        if attempt.proposer == "jostle" {
-            own.push((check.score, attempt.went_well(outcome)));
+        // The chance is that of any grasp; the score by shape is 0 where the library would not grasp so.
+        let score = check.chance.unwrap_or(check.score);
+        all.push((score, attempt.went_well(outcome)));
+        if attempt.proposer == OWN {
+            own.push((score, attempt.went_well(outcome)));
         }
     }
-    let threshold = GraspDecision::default().execute_score;
+    let threshold = if gripper.keeping.is_some() { 0.5 } else { GraspDecision::default().execute_score };
     Ok(Grasps { all: grasp_reliability(&all, threshold)?, own: grasp_reliability(&own, threshold)? })
 }
 

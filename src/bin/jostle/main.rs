@@ -17,6 +17,7 @@ mod clear_suite;
 mod crosscheck;
 mod datagen;
 mod fidelity;
+mod fit;
 mod generate;
 mod model;
 mod observe;
@@ -70,6 +71,7 @@ fn command() -> Outcome<()> {
         Command::Bench(BenchCommand::Image(args)) => bench_image::run(&args),
         Command::Render(args) => render::run(&args),
         Command::Assess(command) => assess::run(&command),
+        Command::Fit(command) => fit::run(&command),
         Command::Datagen(command) => datagen::run(&command),
         Command::Model(args) => model::run(&args),
         Command::Observe(args) => observe::run(&args),

@@ -110,11 +110,37 @@ pub struct AssessRobotArgs {
     /// The outcome of grasps that is foretold
     #[arg(long, value_enum, default_value = "kept")]
     pub outcome: OutcomeArg,
-    /// Gripper: robotiq_2f85 or dissertation_mask
-    #[arg(long, default_value = "robotiq_2f85", value_name = "NAME")]
+    /// The gripper whose score is looked at: robotiq_2f85_kept (the chance that it keeps the body), robotiq_2f85 (by the shape
+    /// of the grip) or dissertation_mask; with NAME:FILE the chance that FILE of `jostle fit grasp` has
+    #[arg(long, default_value = "robotiq_2f85_kept", value_name = "NAME[:FILE]")]
     pub gripper: String,
     #[command(flatten)]
     pub physics: PhysicsArgs,
     #[command(flatten)]
     pub json: JsonArgs,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum FitCommand {
+    /// The chance that a gripper keeps what it grasps, from recorded grasps
+    Grasp(FitGraspArgs),
+}
+
+#[derive(Debug, Args)]
+pub struct FitGraspArgs {
+    /// Recordings, one JSON object a line; pushes among them are left alone
+    #[arg(required = true, value_name = "FILE")]
+    pub files: Vec<PathBuf>,
+    /// Lines to fit to, by their field `split`
+    #[arg(long, value_enum, default_value = "fit")]
+    pub split: SplitArg,
+    /// The outcome that is fitted
+    #[arg(long, value_enum, default_value = "kept")]
+    pub outcome: OutcomeArg,
+    /// The gripper that grasped
+    #[arg(long, default_value = "robotiq_2f85", value_name = "NAME")]
+    pub gripper: String,
+    /// Where the tables are written, for --gripper NAME:FILE
+    #[arg(long, short = 'o', default_value = "-", value_name = "FILE")]
+    pub output: PathBuf,
 }

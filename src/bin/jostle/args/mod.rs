@@ -56,6 +56,9 @@ pub enum Command {
     /// Hold networks against engines in scenes and shapes that no training saw, and what is foretold against a robot
     #[command(subcommand)]
     Assess(AssessCommand),
+    /// Fit what the library foretells to recordings of a robot
+    #[command(subcommand)]
+    Fit(FitCommand),
     /// Make training data for the networks: shards of tensors and a manifest; goes on where an earlier run ended
     #[command(subcommand)]
     Datagen(DatagenCommand),

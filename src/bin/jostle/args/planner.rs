@@ -1,13 +1,17 @@
 //! How planners and judges are set up, and the library's options made of it.
 
+use std::path::Path;
+
 use clap::Args;
+use jostle::Error;
 use jostle::eval::JudgeOptions;
+use jostle::files::json;
 use jostle::grasp::check_scorer;
 use jostle::net::{Kind, LoadOptions, Model};
 use jostle::physics::{EngineInfo, PhysicsOptions, Purpose};
 use jostle::plan::{PlannerOptions, Variant};
 use jostle::run::Budget;
-use jostle::scene::Gripper;
+use jostle::scene::{Gripper, Keeping};
 use jostle::search::{Params, Selection};
 
 use crate::output::{Failure, Outcome};
@@ -33,8 +37,9 @@ pub struct PlannerArgs {
     /// What values pushes before they are tried: ppn, ppn:FILE, or none [default: the planner's own]
     #[arg(long, value_name = "PRIOR[:FILE]")]
     pub prior: Option<String>,
-    /// A gripper to take the place of the scene's: robotiq_2f85 or dissertation_mask
-    #[arg(long, value_name = "NAME")]
+    /// A gripper to take the place of the scene's: robotiq_2f85, robotiq_2f85_kept (scores grasps by the chance that it
+    /// keeps the body) or dissertation_mask; with NAME:FILE it scores by the chance that FILE of `jostle fit grasp` has
+    #[arg(long, value_name = "NAME[:FILE]")]
     pub gripper: Option<String>,
     /// Wall-clock seconds of a decision [default: the planner's published budget]
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
@@ -136,8 +141,21 @@ impl PlannerArgs {
     }
 
     pub fn gripper(&self) -> Outcome<Option<Gripper>> {
-        Ok(self.gripper.as_deref().map(Gripper::by_name).transpose()?)
+        self.gripper.as_deref().map(gripper).transpose()
     }
+}
+
+/// A gripper of the library, NAME or NAME:FILE, FILE with the chance that it keeps a body.
+pub fn gripper(named: &str) -> Outcome<Gripper> {
+    let (name, file) = name_and_file(named);
+    let mut gripper = Gripper::by_name(name)?;
+    if let Some(file) = file {
+        let path = Path::new(file);
+        let keeping: Keeping = json::read(path, "keeping")?;
+        keeping.validate().map_err(|error| Error::format(path, error))?;
+        (gripper.name, gripper.keeping) = (named.into(), Some(keeping));
+    }
+    Ok(gripper)
 }
 
 /// The search with another weight of exploration.
