@@ -53,7 +53,7 @@ fn rust_layout() -> String {
         jostle_body_info { corners, pieces, area, deviation },
         jostle_body_pose { body, pose, present, reserved },
         jostle_grasp { position, angle, opening, width, margin, score },
-        jostle_gripper { struct_size, reserved, push_width, push_thickness, push_clearance, opening, finger_width, finger_thickness, finger_clearance, fit, pad_edge, min_cover, max_wedge },
+        jostle_gripper { struct_size, grasp_score, push_width, push_thickness, push_clearance, opening, finger_width, finger_thickness, finger_clearance, fit, pad_edge, min_cover, max_wedge },
         jostle_workspace { struct_size, leave_rule, min, max, leave_scope, reserved },
         jostle_goal { struct_size, symmetry, pose, position_tolerance, rotation_tolerance },
         jostle_image_frame { pose, pixel, rows, cols },

@@ -557,9 +557,10 @@ pub unsafe extern "C" fn jostle_planner_advance(
 }
 
 /// Tells the planner that the first action of its last plan was tried and failed: the fingers would have come down on a
-/// body, or the target was not in the gripper. The same grasp is not offered again before the bodies were pushed, the same
-/// push not before another was executed; also where the next scene is another one that shows the same bodies, outlines that
-/// differ a little where the bodies may be. The search tree is forgotten. jostle_planner_reset forgets what failed.
+/// body, or the target was not in the gripper. Grasps of the target like it score less from now on (docs/c-api.md), so that
+/// another side of it is tried first; the same push is not offered before another was executed. Both hold also where the next
+/// scene is another one that shows the same bodies, outlines that differ a little where the bodies may be. The search tree is
+/// forgotten. jostle_planner_reset forgets what failed.
 ///
 /// Thread: exclusive use of planner.
 /// RT: no.

@@ -7,6 +7,7 @@
 //! | `hold` | what the jaw finds between its pads: width, cover, wedge; and the score |
 //! | `table` | the holds of a body that its own shape allows, worked out once for a scene |
 //! | `test` | [`GraspTest`]: the best grasp of a body in a state; [`GraspCheck`]: one grasp examined |
+//! | `failed` | [`FailedGrasp`]: less belief in grasps like those that failed |
 //! | `dense` | the score of every grasp on a grid of positions and directions |
 //! | `graspability` | [`GraspabilityScorer`]: a network of kind `gc` as a scorer |
 //! | `map` | [`MapScorer`]: a network of kind `gn` as a scorer |
@@ -18,6 +19,7 @@
 
 mod choice;
 mod dense;
+mod failed;
 mod graspability;
 mod hold;
 mod holds;
@@ -36,6 +38,7 @@ mod tests;
 
 pub use choice::{Networks, SCORERS, check_scorer, scorer};
 pub use dense::GraspGrid;
+pub use failed::FailedGrasp;
 pub use graspability::GraspabilityScorer;
 pub use holds::Jaw;
 pub use map::MapScorer;

@@ -4,6 +4,7 @@ use std::any::Any;
 
 use serde::{Deserialize, Serialize};
 
+use super::failed::FailedGrasp;
 use super::params::GraspParams;
 use super::test::{GraspScratch, GraspTest, Unholdable};
 use crate::action::Grasp;
@@ -46,6 +47,11 @@ pub trait Scorer: Send + Sync {
         stop: &Stop,
     );
 
+    /// The same scorer that believes less in grasps like these; none where it cannot tell one grasp from another.
+    fn avoiding(&self, _failed: &[FailedGrasp]) -> Option<Box<dyn Scorer>> {
+        None
+    }
+
     /// Why no state of the scene has a grasp of the body, where that is known.
     fn unholdable(&self, _scene: &Scene, _body: usize) -> Option<Unholdable> {
         None
@@ -71,6 +77,10 @@ impl GeometricScorer {
 }
 
 impl Scorer for GeometricScorer {
+    fn avoiding(&self, failed: &[FailedGrasp]) -> Option<Box<dyn Scorer>> {
+        Some(Box::new(Self { test: self.test.avoiding(failed) }))
+    }
+
     fn unholdable(&self, scene: &Scene, body: usize) -> Option<Unholdable> {
         self.test.unholdable(scene, body)
     }

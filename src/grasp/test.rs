@@ -1,5 +1,6 @@
 //! The geometric grasp test.
 
+use super::failed::{FailedGrasp, belief};
 use super::hold::{Hold, Rule, Subject};
 use super::jaw::{Band, Pieces};
 use super::params::{GraspParams, GraspScore};
@@ -28,6 +29,8 @@ const EQUAL: f64 = 1e-9;
 pub struct GraspTest {
     params: GraspParams,
     tables: Option<Tables>,
+    /// Grasps like these are believed in less.
+    failed: Vec<FailedGrasp>,
 }
 
 /// Working memory of the grasp test for one thread.
@@ -125,7 +128,7 @@ struct Best {
 impl GraspTest {
     pub fn new(params: GraspParams) -> Result<Self> {
         params.validate()?;
-        Ok(Self { params, tables: None })
+        Ok(Self { params, tables: None, failed: Vec::new() })
     }
 
     pub fn params(&self) -> &GraspParams {
@@ -136,7 +139,14 @@ impl GraspTest {
     /// it, and much slower. It may be used on any scene with the same footprints and gripper.
     #[must_use]
     pub fn prepared(&self, scene: &Scene) -> Self {
-        Self { params: self.params.clone(), tables: Some(Tables::new(scene, &self.params)) }
+        let tables = Some(Tables::new(scene, &self.params));
+        Self { params: self.params.clone(), tables, failed: self.failed.clone() }
+    }
+
+    /// The same test that scores grasps like these lower when it looks for the best; [`check`](Self::check) does not.
+    #[must_use]
+    pub fn avoiding(&self, failed: &[FailedGrasp]) -> Self {
+        Self { failed: failed.to_vec(), ..self.clone() }
     }
 
     fn with_tables<R>(&self, scene: &Scene, run: impl FnOnce(&Tables) -> R) -> R {
@@ -270,7 +280,12 @@ impl GraspTest {
             let room = Room::about(&view.pieces, x, candidate.y, candidate.opening, grasper, cap);
             // A position between the blocks is legal; rounding may say otherwise by a hair.
             let spare = room.spare.max(0.0);
-            let score = candidate.hold.scored(x, candidate.opening, room.gap, spare, &rule);
+            let mut score = candidate.hold.scored(x, candidate.opening, room.gap, spare, &rule);
+            if !self.failed.is_empty() {
+                let (angle, sin, cos) = table.directions[candidate.direction];
+                let place = Frame { origin: Vec2::zeros(), sin, cos }.point(vec2(x, candidate.y));
+                score *= belief(&self.failed, body, place, angle, rule.scale);
+            }
             let margin = spare
                 .min(candidate.hold.fit_spare(x, candidate.opening, grasper).max(0.0))
                 .min((x - candidate.hold.lo).min(candidate.hold.hi - x).max(0.0))

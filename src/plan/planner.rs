@@ -16,6 +16,7 @@ use super::retrieval::Retrieval;
 use crate::action::{Action, ContourSampler, Grasp, Push};
 use crate::error::Result;
 use crate::geom::normalize_angle;
+use crate::grasp::FailedGrasp;
 use crate::physics::{Ensemble, Transition};
 use crate::run::{Budget, CancelToken, Pool, Progress, Stop, StopReason};
 use crate::scene::{Problem, Scene, State};
@@ -47,7 +48,12 @@ pub struct Planner {
     /// The pushes of the last plan, and those of them that are left after the first one was executed.
     planned: Vec<Push>,
     rest: Vec<Push>,
-    /// A grasp has to score at least this, since one that scored less failed; see [`Planner::failed`].
+    /// Grasps that failed, on the target; see [`Planner::failed`].
+    failed_grasps: Vec<FailedGrasp>,
+    /// The domain's scorer believes less in grasps like these.
+    avoids: bool,
+    /// Where the scorer cannot tell one grasp from another: a grasp has to score at least this, since one that scored less
+    /// failed.
     demand: f64,
     /// Pushes that failed since the last that was executed.
     failed: FailedPushes,
@@ -92,6 +98,8 @@ impl Planner {
             expected: None,
             planned: Vec::new(),
             rest: Vec::new(),
+            failed_grasps: Vec::new(),
+            avoids: false,
             demand: 0.0,
             failed: FailedPushes::default(),
             seen: None,
@@ -136,6 +144,7 @@ impl Planner {
         };
         let usual = self.options.grasp.solved_score;
         self.demand = usual + (self.demand - usual).max(0.0) / 2.0;
+        self.failed_grasps.iter_mut().for_each(|grasp| *grasp = grasp.halved());
         self.failed.clear();
         if let Some((_, moved)) = &mut self.seen {
             *moved += push.length();
@@ -156,15 +165,24 @@ impl Planner {
     }
 
     /// Tells the planner that the first action of its last plan was tried and failed: the push was not executed, or the
-    /// target was not in the gripper. The tree is forgotten. The same grasp is not offered again where it is: until
-    /// the bodies are pushed a grasp has to score better than the one that failed, and after that half of what it
-    /// missed. The same push is not offered again before another was executed.
+    /// target was not in the gripper. The tree is forgotten. Grasps of the target score a quarter less, those near
+    /// the failed one down to a fifth, and with every push that is executed the loss halves: so another side is tried
+    /// first, then pushes, then the same again. (A scorer that cannot tell one grasp
+    /// from another asks for a better score than the failed one's until the bodies are pushed, and for half of what it
+    /// missed after that.) The same push is not offered again before another was executed.
     ///
     /// This holds for the problem and for one made anew that shows the same target, an outline that differs a little where
     /// the target may be. [`reset`](Self::reset) ends it.
     pub fn failed(&mut self, action: &Action) {
         match action {
-            Action::Grasp(grasp) => self.demand = self.demand.max(grasp.score + BETTER),
+            Action::Grasp(grasp) => match (&self.seen, &self.domain) {
+                (Some((seen, _)), Some(domain))
+                    if grasp.body == seen.target && domain.scorer.avoiding(&[]).is_some() =>
+                {
+                    self.failed_grasps.push(FailedGrasp::new(grasp, &seen.state));
+                }
+                _ => self.demand = self.demand.max(grasp.score + BETTER),
+            },
             Action::Push(push) => self.failed.add(*push),
         }
         self.drop_tree();
@@ -178,6 +196,7 @@ impl Planner {
 
     /// What failed may be offered again.
     fn forget(&mut self) {
+        self.failed_grasps.clear();
         self.demand = 0.0;
         self.failed.clear();
     }
@@ -202,10 +221,8 @@ impl Planner {
         });
         if !fits {
             self.drop_tree();
-            self.domain = None;
-            if !self.goes_on(problem) {
-                self.forget();
-            }
+            (self.domain, self.avoids) = (None, false);
+            self.know_again(problem);
             self.confirming = self.networks.confirming(&self.recipe, &problem.scene)?;
             let worlds = || hedge::ensemble(&self.recipe, &self.networks, problem, self.options.seed);
             self.ensemble = self.recipe.hedges.then(worlds).transpose()?;
@@ -214,6 +231,15 @@ impl Planner {
         let Some(domain) = &mut self.domain else {
             return Ok(Plan::empty(Outcome::Infeasible, &self.options.planner, self.options.seed));
         };
+        if (self.avoids || !self.failed_grasps.is_empty())
+            && let Some(present) = domain.scorer.avoiding(&self.failed_grasps)
+        {
+            let after: Vec<FailedGrasp> = self.failed_grasps.iter().map(|grasp| grasp.halved()).collect();
+            self.avoids = !after.is_empty();
+            if let Some(later) = present.avoiding(&after) {
+                (domain.scorer, domain.present) = (later, Some(present));
+            }
+        }
         domain.demand = self.demand;
         domain.failed.clone_from(&self.failed);
         let domain = &*domain;
@@ -226,7 +252,7 @@ impl Planner {
 
         // A state that would count as a solution is one: from there nothing is searched.
         let enough = self.options.grasp.execute_score.min(self.options.grasp.solved_score).max(self.demand);
-        let now = domain.assess(&mut domain.new_scratch(), &problem.state, &stop);
+        let now = domain.assess_present(&mut domain.new_scratch(), &problem.state, &stop);
         if let Some(grasp) = now.grasp.filter(|g| g.score >= enough) {
             plan.outcome = Outcome::Solved;
             plan.grasp_score = grasp.score;
@@ -274,12 +300,16 @@ impl Planner {
         Ok(plan)
     }
 
-    /// The problem's target is that of the last decision, seen anew.
-    fn goes_on(&self, problem: &Problem) -> bool {
-        self.seen.as_ref().is_some_and(|(before, moved)| {
-            let (was, is) = ((&*before.scene, &before.state), (&*problem.scene, &problem.state));
-            seen_before(was, is, problem.target, *moved) == Some(before.target)
-        })
+    /// What failed holds where the problem's target is that of the last decision, seen anew; else it is forgotten.
+    fn know_again(&mut self, problem: &Problem) {
+        let Some((before, moved)) = &self.seen else { return };
+        let (was, is) = ((&*before.scene, &before.state), (&*problem.scene, &problem.state));
+        if seen_before(was, is, problem.target, *moved) != Some(before.target) {
+            self.forget();
+            return;
+        }
+        let (was, is) = (before.state.pose(before.target), problem.state.pose(problem.target));
+        self.failed_grasps.iter_mut().for_each(|grasp| *grasp = grasp.seen_anew(problem.target, &was, &is));
     }
 
     /// Reads the plan out of the tree, or takes the one that was confirmed.
@@ -337,7 +367,9 @@ impl Planner {
         let unsolved = self.domain.as_ref().is_some_and(|domain| domain.unsolved.load(Ordering::Relaxed));
         let mut shown = if nothing && !unsolved { vec![Reason::NoLegalPush { proposed }] } else { Vec::new() };
         if !shown.is_empty() {
-            shown.extend(Reason::failed(u64::from(self.demand > 0.0), self.failed.count()));
+            let bar = u64::from(self.demand > self.options.grasp.solved_score);
+            let grasps = self.failed_grasps.len() as u64 + bar;
+            shown.extend(Reason::failed(grasps, self.failed.count()));
         }
         let tried = Reason::TriedAll { actions: self.recipe.search.max_depth };
         let short = vec![if nothing { Reason::Unsolved } else { tried }];
@@ -483,6 +515,7 @@ fn prepare(options: &PlannerOptions, recipe: &Recipe, networks: &Networks, probl
         scorer: networks.scorer(recipe, scene)?,
         prior: networks.prior.clone(),
         reward: recipe.reward,
+        present: None,
         demand: 0.0,
         failed: FailedPushes::default(),
         unsolved: AtomicBool::new(false),

@@ -35,6 +35,9 @@ pub struct Retrieval {
     pub engine: Arc<dyn Transition>,
     pub sampler: Box<dyn PushSampler>,
     pub scorer: Box<dyn Scorer>,
+    /// Takes the scorer's place for the present state where a grasp has failed in it: once something was pushed there is less
+    /// to doubt.
+    pub present: Option<Box<dyn Scorer>>,
     /// What is expected of pushes before they are tried.
     pub prior: Option<Arc<dyn PushValue>>,
     pub reward: Reward,
@@ -80,6 +83,14 @@ impl Retrieval {
         out[0]
     }
 
+    /// The same of the present state.
+    pub fn assess_present(&self, scratch: &mut Scratch, state: &State, stop: &Stop) -> GraspAssessment {
+        let mut out = [GraspAssessment::default()];
+        let scorer = self.present.as_deref().unwrap_or(self.scorer.as_ref());
+        scorer.assess(scratch.scorer.as_mut(), &self.scene, &[state], self.target, &mut out, stop);
+        out[0]
+    }
+
     /// The pushes that the sampler lists for a state, in an order of its own.
     pub(super) fn list(&self, scratch: &mut Scratch, state: &State, out: &mut Vec<Push>) {
         let mut order = Key::default().stream();
@@ -104,7 +115,10 @@ impl Retrieval {
 
     /// Value, terminal flag and actions of `out.state`. With a requested stop its status stays as it was.
     fn judge(&self, scratch: &mut Scratch, key: Key, previous: Option<&Push>, out: &mut Outcome<Self>, stop: &Stop) {
-        let assessment = self.assess(scratch, &out.state, stop);
+        let assessment = match previous {
+            None => self.assess_present(scratch, &out.state, stop),
+            Some(_) => self.assess(scratch, &out.state, stop),
+        };
         if stop.requested() {
             return;
         }

@@ -248,7 +248,10 @@ impl Watch {
         let noted = self.end()?;
         let told = decided.cancelled && noted.wall_ms < SLIP_MS;
         let late = returned.checked_duration_since(noted.at).filter(|_| told);
-        Ok(late.map(|late| (cpu - noted.cpu_ms, late.as_secs_f64() * 1e3)))
+        let late_ms = late.map(|late| late.as_secs_f64() * 1e3);
+        // The second thread's note of the first one's time is old by up to a tick of the scheduler; one thread has used no
+        // more CPU than time has passed.
+        Ok(late_ms.map(|late_ms| ((cpu - noted.cpu_ms).clamp(0.0, late_ms), late_ms)))
     }
 }
 
