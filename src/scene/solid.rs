@@ -217,7 +217,7 @@ mod tests {
         assert!((body.inertia / want - 1.0).abs() < 1e-9, "{}", body.inertia);
         let def = library::block_of("triangle", library::BlockSet::More, BlockConvention::Simulator).unwrap();
         let laid = lay_down(def, "triangle", 0.0225, [FRAC_PI_2, 0.0, 0.0], BlockConvention::Simulator).unwrap();
-        assert!(laid.def.inertia.is_none_or(|i| (i / (0.1 / 12.0 * 2.0 * 0.047 * 0.047) - 1.0).abs() < 1e-9));
+        assert!(laid.def.inertia.is_none_or(|i| (i / (0.1 / 12.0 * 2.0 * 0.051 * 0.051) - 1.0).abs() < 1e-9));
         assert!(laid.def.centre_of_mass.is_none(), "the origin is amid the silhouette");
     }
 
