@@ -300,6 +300,34 @@ fn steps_go_on_where_the_last_one_was() {
 }
 
 #[test]
+fn the_same_question_has_the_same_answer_until_something_was_executed() {
+    for options in all() {
+        let problem = deep();
+        let mut planner = Planner::new(options.clone()).unwrap();
+        let mut ask = |problem: &Problem| bits(&planner.solve(problem, &Control::default()).unwrap());
+        let (first, elsewhere) = (ask(&problem), ask(&walled()));
+        assert_eq!([ask(&problem), ask(&problem)], [first.clone(), first.clone()], "{}", options.planner);
+        assert_eq!(ask(&walled()), elsewhere, "{}", options.planner);
+
+        // What `advance` kept is searched on once.
+        let plan = planner.solve(&problem, &Control::default()).unwrap();
+        let after = Problem { state: plan.actions[0].predicted.clone(), ..problem.clone() };
+        assert!(planner.advance(&plan.actions[0].action).unwrap());
+        let kept = planner.solve(&after, &Control::default()).unwrap();
+        planner.step(&after, 10, &Control::default()).unwrap();
+        let again = planner.solve(&after, &Control::default()).unwrap();
+        assert_eq!(bits(&again), bits(&kept), "{}", options.planner);
+
+        // A step goes on; the answer stays.
+        let mut planner = Planner::new(options.clone()).unwrap();
+        let nodes = planner.solve(&problem, &Control::default()).unwrap().statistics.nodes;
+        let further = planner.step(&problem, 40, &Control::default()).unwrap().statistics;
+        assert!(further.nodes > nodes || further.iterations < 40, "{}: {further:?}", options.planner);
+        assert_eq!(bits(&planner.solve(&problem, &Control::default()).unwrap()), first, "{}", options.planner);
+    }
+}
+
+#[test]
 fn an_executed_push_keeps_the_tree_below_it() {
     for options in all() {
         let problem = deep();

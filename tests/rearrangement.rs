@@ -126,6 +126,36 @@ fn a_planner_used_before_gives_the_same_plan() {
 }
 
 #[test]
+fn the_same_question_has_the_same_answer_until_something_was_executed() {
+    for planner in REARRANGE_PLANNERS {
+        for variant in [Variant::Tuned, Variant::Dissertation] {
+            let mut used = RearrangePlanner::new(RearrangeOptions { variant, ..options(planner, 48) }).unwrap();
+            let mut problem = mixed(5);
+            for moved in 0..2 {
+                let mut ask = || used.solve(&problem, &Control::default()).unwrap();
+                let plan = ask();
+                let wanted = (plan.outcome, plan.hash_bits(), plan.statistics.iterations);
+                for _ in 0..2 {
+                    let again = ask();
+                    let got = (again.outcome, again.hash_bits(), again.statistics.iterations);
+                    assert_eq!(got, wanted, "{planner} {variant:?} after {moved}");
+                }
+                // A step goes on from the plan and is no worse; the answer stays.
+                let further = used.step(&problem, 16, &Control::default()).unwrap();
+                if planner != "hbfs" && variant == Variant::Tuned && plan.outcome == Outcome::Solved {
+                    assert!(further.outcome == Outcome::Solved && further.moves.len() <= plan.moves.len(), "{planner}");
+                }
+                let last = used.solve(&problem, &Control::default()).unwrap();
+                assert_eq!(last.hash_bits(), wanted.1, "{planner} {variant:?} after {moved} and a step");
+                let Some(first) = last.moves.first() else { break };
+                used.advance(&first.action).unwrap();
+                problem = problem.from_state(first.predicted.clone());
+            }
+        }
+    }
+}
+
+#[test]
 fn the_rest_of_a_plan_is_kept_after_its_first_move_was_executed() {
     let problem = swap(2);
     for planner in ["untangle", "pmmr"] {

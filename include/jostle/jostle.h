@@ -1716,8 +1716,9 @@ void jostle_planner_free(struct jostle_planner *planner);
 /// Decides what to do to retrieve `target`, within the planner's limits, and waits for it. A planner of rearrangements
 /// is given a zero target, and brings the scene's bodies to their goals; so is one that clears the table, whose answer is
 /// solved and without actions when nothing is left to be taken. The search tree that
-/// jostle_planner_advance kept is used if the scene is the one that was expected. The scene may be changed by other
-/// threads meanwhile: the planner has its own copy.
+/// jostle_planner_advance kept is used if the scene is the one that was expected. The same scene and target again give the
+/// same plan again, until an action was executed or failed (a deadline may end the same search sooner or later);
+/// jostle_planner_step goes on instead. The scene may be changed by other threads meanwhile: the planner has its own copy.
 ///
 /// Thread: exclusive use of planner, shared use of scene for a moment.
 /// RT: no (for real-time threads: jostle_planner_job_start from another thread, jostle_job_poll from any).

@@ -45,6 +45,10 @@ pub struct Planner {
     ensemble: Option<Ensemble>,
     /// The state that the tree's root stands for: the one observed, until an action is executed.
     expected: Option<State>,
+    /// The tree is what [`Planner::advance`] kept: the next [`Planner::solve`] begins with it, every other one afresh.
+    kept: bool,
+    /// What was decided with such a tree, which has grown since: the answer to the same question asked again.
+    answer: Option<Plan>,
     /// The pushes of the last plan, and those of them that are left after the first one was executed.
     planned: Vec<Push>,
     rest: Vec<Push>,
@@ -96,6 +100,8 @@ impl Planner {
             confirming: None,
             ensemble: None,
             expected: None,
+            kept: false,
+            answer: None,
             planned: Vec::new(),
             rest: Vec::new(),
             failed_grasps: Vec::new(),
@@ -113,6 +119,9 @@ impl Planner {
     /// Decides what to do for the observed problem, within the options' budget. If the problem is the one that
     /// [`advance`](Self::advance) predicted, the kept part of the tree is used.
     ///
+    /// Asked again for the same problem, it gives the same plan (a deadline may end the same search sooner or later):
+    /// [`step`](Self::step) goes on instead, and a failed action is told with [`failed`](Self::failed).
+    ///
     /// A graspable target is grasped at once; otherwise pushes are searched that make it graspable.
     ///
     /// # Errors
@@ -122,8 +131,16 @@ impl Planner {
         if budget.iterations.is_none() && budget.seconds.is_none() {
             budget = Budget { bytes: budget.bytes, ..self.recipe.budget };
         }
-        let keep = self.expected.as_ref().is_some_and(|expected| same(expected, problem));
-        self.decide(problem, budget, keep, control)
+        let expected = self.expects(problem);
+        if let Some(answer) = self.answer.as_ref().filter(|_| expected && self.is_ready_for(problem)) {
+            return Ok(answer.clone());
+        }
+        let keep = expected && self.kept;
+        let plan = self.decide(problem, budget, keep, control)?;
+        if keep && plan.outcome != Outcome::Cancelled {
+            self.answer = Some(plan.clone());
+        }
+        Ok(plan)
     }
 
     /// Like [`solve`](Self::solve), but does at most `iterations` more iterations (the options' seconds hold as well)
@@ -131,7 +148,7 @@ impl Planner {
     pub fn step(&mut self, problem: &Problem, iterations: u64, control: &Control) -> Result<Plan> {
         let budget = Budget { iterations: Some(iterations), ..self.options.budget };
         budget.validate()?;
-        let keep = self.expected.as_ref().is_some_and(|expected| same(expected, problem));
+        let keep = self.expects(problem);
         self.decide(problem, budget, keep, control)
     }
 
@@ -155,11 +172,13 @@ impl Planner {
             Some((first, rest)) if same_push(first, push) => rest.to_vec(),
             _ => Vec::new(),
         };
+        self.answer = None;
         if kept {
             self.expected = self.tree.root_state().cloned();
         } else {
             self.drop_tree();
         }
+        self.kept = kept;
         self.rest = rest;
         Ok(kept)
     }
@@ -204,6 +223,8 @@ impl Planner {
     fn drop_tree(&mut self) {
         self.tree.reset();
         self.expected = None;
+        self.kept = false;
+        self.answer = None;
         self.planned.clear();
         self.rest.clear();
     }
@@ -213,12 +234,22 @@ impl Planner {
         self.domain.as_ref().map_or(0, |domain| self.tree.bytes(domain))
     }
 
+    /// The tree's root stands for the problem's state.
+    fn expects(&self, problem: &Problem) -> bool {
+        self.expected.as_ref().is_some_and(|expected| same(expected, problem))
+    }
+
+    /// What was prepared is for this scene and target.
+    fn is_ready_for(&self, problem: &Problem) -> bool {
+        self.domain.as_ref().is_some_and(|d| {
+            d.target == problem.target && (Arc::ptr_eq(&d.scene, &problem.scene) || d.scene == problem.scene)
+        })
+    }
+
     fn decide(&mut self, problem: &Problem, budget: Budget, keep: bool, control: &Control) -> Result<Plan> {
         let stop = budget.start(&control.cancel);
         problem.validate()?;
-        let fits = self.domain.as_ref().is_some_and(|d| {
-            d.target == problem.target && (Arc::ptr_eq(&d.scene, &problem.scene) || d.scene == problem.scene)
-        });
+        let fits = self.is_ready_for(problem);
         if !fits {
             self.drop_tree();
             (self.domain, self.avoids) = (None, false);
@@ -277,6 +308,10 @@ impl Planner {
             progress: control.progress.as_deref(),
         };
         let resume = keep && fits && self.tree.root_state().is_some();
+        if !resume {
+            (self.kept, self.answer) = (false, None);
+            domain.unsolved.store(false, Ordering::Relaxed);
+        }
         let from = if resume { From::Tree } else { From::Root(&problem.state, self.options.seed) };
         let found = match &self.ensemble {
             Some(ensemble) => {

@@ -238,6 +238,19 @@ static void plans(jostle_context *context)
                 CHECK(jostle_plan_reason(plan, i, sentence, needed - 1, &needed) == JOSTLE_ERROR_BUFFER);
             }
             CHECK(jostle_plan_reason(plan, reasons, NULL, 0, &needed) == JOSTLE_ERROR_NOT_FOUND);
+            /* The same question has the same answer, whether a step went on in between or not. */
+            for (int stepped = 0; stepped < 2; stepped++) {
+                jostle_plan *again = NULL;
+                uint64_t hash = 0;
+                if (stepped) {
+                    MUST(jostle_planner_step(planner, scene, target, 8, NULL, &again));
+                    jostle_plan_free(again);
+                }
+                MUST(jostle_planner_solve(planner, scene, target, NULL, &again));
+                MUST(jostle_plan_hash(again, &hash));
+                CHECK(hash == hashes[0]);
+                jostle_plan_free(again);
+            }
             MUST(jostle_plan_json(plan, NULL, 0, &needed));
             char *text = malloc(needed);
             MUST(jostle_plan_json(plan, text, needed, &needed));

@@ -107,6 +107,9 @@ impl ClearPlanner {
     /// model expects until the next push: execute the first, observe, and ask again. A table with nothing to take is
     /// [`Outcome::Solved`] without actions; so is, with actions, a plan that leaves nothing in the model.
     ///
+    /// Asked again for the same problem, it gives the same plan (a deadline may end the same search sooner or later); a
+    /// failed action is told with [`failed`](Self::failed).
+    ///
     /// # Errors
     /// A problem that does not fit ([`Clearing::new`] says when). Running out of budget or being cancelled are outcomes.
     pub fn solve(&mut self, problem: &Clearing, control: &Control) -> Result<Plan> {

@@ -28,6 +28,15 @@ const UNTANGLE_SECONDS: f64 = 1.0;
 const PMMR_SECONDS: f64 = 10.0;
 const PUBLISHED_SECONDS: f64 = 40.0;
 
+/// What a decision begins with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Begin {
+    /// What is left of the plan whose first move was executed, if anything is.
+    Afresh,
+    /// The last plan, whatever asked for it.
+    FromLast,
+}
+
 /// A planner of rearrangements with its memory. Thread rule: one thread at a time; it runs its own worker threads inside
 /// a call only.
 pub struct RearrangePlanner {
@@ -37,12 +46,16 @@ pub struct RearrangePlanner {
     workers: Vec<Mutex<Worker>>,
     scratches: Vec<Mutex<MoverScratch>>,
     tree: Tree<Rearrange>,
-    /// The rest of the last plan and the state it begins at.
-    known: Option<(State, Vec<Move>)>,
+    /// The last plan that solves the problem and the state it begins at: what [`RearrangePlanner::step`] begins with.
+    planned: Option<(State, Vec<Move>)>,
+    /// The rest of it after what was executed: what [`RearrangePlanner::solve`] begins with.
+    kept: Option<(State, Vec<Move>)>,
     /// Why the problem has no solution, and the state that it is known for.
     impossible: Option<(State, Vec<Reason>)>,
-    /// Decisions since the last reset: each has random numbers of its own.
-    decisions: u64,
+    /// Moves executed since the last reset, and searches since the last of them: what is decided after a move has random
+    /// numbers of its own, and so has a step after a search. A decision that is asked for again has the same.
+    executed: u64,
+    searches: u64,
 }
 
 impl std::fmt::Debug for RearrangePlanner {
@@ -63,9 +76,11 @@ impl RearrangePlanner {
             workers: Vec::new(),
             scratches: Vec::new(),
             tree: Tree::new(),
-            known: None,
+            planned: None,
+            kept: None,
             impossible: None,
-            decisions: 0,
+            executed: 0,
+            searches: 0,
         })
     }
 
@@ -76,11 +91,14 @@ impl RearrangePlanner {
     /// Decides what to do, within the options' budget. The plan holds all moves that are known to be of use: execute
     /// the first one, call [`advance`](Self::advance), observe and ask again, or execute them all.
     ///
+    /// Asked again for the same problem, it gives the same plan (a deadline may end the same search sooner or later):
+    /// [`step`](Self::step) goes on instead.
+    ///
     /// # Errors
     /// A problem without a solution for a reason that can be named ([`Rearrangement::validate`] says which). Running out
     /// of budget or being cancelled are outcomes.
     pub fn solve(&mut self, problem: &Rearrangement, control: &Control) -> Result<RearrangePlan> {
-        self.decide(problem, self.options.budget, control)
+        self.decide(problem, self.options.budget, Begin::Afresh, control)
     }
 
     /// Like [`solve`](Self::solve), but does at most `iterations` more iterations (the options' seconds hold as well),
@@ -88,27 +106,30 @@ impl RearrangePlanner {
     pub fn step(&mut self, problem: &Rearrangement, iterations: u64, control: &Control) -> Result<RearrangePlan> {
         let budget = Budget { iterations: Some(iterations), ..self.options.budget };
         budget.validate()?;
-        self.decide(problem, budget, control)
+        self.decide(problem, budget, Begin::FromLast, control)
     }
 
     /// Tells the planner that this move was executed. If it was the first of the last plan, the rest is kept as a plan
     /// to begin with. Returns whether something was kept.
     pub fn advance(&mut self, action: &Move) -> Result<bool> {
-        let Some((mut state, mut moves)) = self.known.take() else { return Ok(false) };
-        if moves.first() != Some(action) {
-            return Ok(false);
+        self.executed += 1;
+        self.searches = 0;
+        self.kept = self.planned.take().filter(|(_, moves)| moves.first() == Some(action));
+        if let Some((state, moves)) = &mut self.kept {
+            moves.remove(0);
+            state.set_pose(action.body(), action.to());
         }
-        moves.remove(0);
-        state.set_pose(action.body(), action.to());
-        self.known = Some((state, moves));
-        Ok(true)
+        self.planned.clone_from(&self.kept);
+        Ok(self.kept.is_some())
     }
 
     /// Forgets what was found.
     pub fn reset(&mut self) {
-        self.known = None;
+        self.planned = None;
+        self.kept = None;
         self.impossible = None;
-        self.decisions = 0;
+        self.executed = 0;
+        self.searches = 0;
     }
 
     /// Estimated bytes that the planner holds: the search tree and the paths known.
@@ -119,10 +140,16 @@ impl RearrangePlanner {
         mover.memory_bytes() + self.tree.bytes(&domain)
     }
 
-    fn decide(&mut self, problem: &Rearrangement, budget: Budget, control: &Control) -> Result<RearrangePlan> {
+    fn decide(
+        &mut self,
+        problem: &Rearrangement,
+        budget: Budget,
+        begin: Begin,
+        control: &Control,
+    ) -> Result<RearrangePlan> {
         let budget = self.effective(budget);
         let stop = budget.start(&control.cancel);
-        self.decide_until(problem, budget, &stop, control)
+        self.decide_until(problem, budget, begin, &stop, control)
     }
 
     /// Decides until the stop asks for the end.
@@ -130,6 +157,7 @@ impl RearrangePlanner {
         &mut self,
         problem: &Rearrangement,
         budget: Budget,
+        begin: Begin,
         stop: &Stop,
         control: &Control,
     ) -> Result<RearrangePlan> {
@@ -139,14 +167,20 @@ impl RearrangePlanner {
         mover.limit_bytes(budget.bytes.map(|bytes| bytes / 2));
         let halved = Budget { bytes: budget.bytes.map(|bytes| (bytes / 2).max(1)), ..budget };
         let mut plan = RearrangePlan::empty(Outcome::Infeasible, &self.options.planner, self.options.seed);
-        let seed = Key::new(self.options.seed).child(self.decisions).bits();
+        let key = Key::new(self.options.seed).child(self.executed);
+        let seed = match begin {
+            Begin::FromLast if self.searches > 0 => key.child(self.searches),
+            _ => key,
+        }
+        .bits();
         let solved = problem.solved(&problem.start);
         let shown = if solved { Vec::new() } else { self.impossible(&mover, stop) };
         let mut found = Found::default();
         found.best.solved = solved;
         if !solved && shown.is_empty() && !cancelled(stop) {
-            self.decisions += 1;
-            (found, plan.considered) = self.search(&mover, halved, seed, stop, control)?;
+            self.searches += 1;
+            let known = self.known(&mover, begin);
+            (found, plan.considered) = self.search(&mover, halved, seed, known, stop, control)?;
             if !found.best.solved && found.best.moves.is_empty() {
                 let start = Layout::new(&problem.start);
                 let moves = certain::useful(&mover, &start, &mut MoverScratch::default(), stop);
@@ -202,13 +236,14 @@ impl RearrangePlanner {
         mover: &Arc<Mover>,
         budget: Budget,
         seed: u64,
+        known: Option<Vec<Move>>,
         stop: &Stop,
         control: &Control,
     ) -> Result<(Found, Vec<RankedMove>)> {
         match self.options.planner.as_str() {
             "hbfs" => Ok((self.hbfs(mover, budget, seed, stop)?, Vec::new())),
             "pmmr" => {
-                let known = self.rest_of_last(mover).filter(|_| self.options.variant == Variant::Tuned);
+                let known = known.filter(|_| self.options.variant == Variant::Tuned);
                 let means = pmmr::Means {
                     options: &self.options,
                     pool: &self.pool,
@@ -220,14 +255,17 @@ impl RearrangePlanner {
                 };
                 pmmr::search(&mut self.tree, &mut self.workers, mover, known, &means)
             }
-            _ => Ok((self.untangle(mover, budget, seed, stop, control)?, Vec::new())),
+            _ => Ok((self.untangle(mover, budget, seed, known, stop, control)?, Vec::new())),
         }
     }
 
-    /// The rest of the last plan, if it begins where the bodies are.
-    fn rest_of_last(&mut self, mover: &Mover) -> Option<Vec<Move>> {
-        let start = &mover.table.problem.start;
-        self.known.take().filter(|(state, _)| state == start).map(|(_, moves)| moves)
+    /// The plan to begin with, if there is one from where the bodies are.
+    fn known(&self, mover: &Mover, begin: Begin) -> Option<Vec<Move>> {
+        let plan = match begin {
+            Begin::Afresh => &self.kept,
+            Begin::FromLast => &self.planned,
+        };
+        plan.as_ref().filter(|(state, _)| *state == mover.table.problem.start).map(|(_, moves)| moves.clone())
     }
 
     fn max_moves(&self, mover: &Mover) -> u32 {
@@ -269,10 +307,10 @@ impl RearrangePlanner {
         mover: &Arc<Mover>,
         budget: Budget,
         seed: u64,
+        known: Option<Vec<Move>>,
         stop: &Stop,
         control: &Control,
     ) -> Result<Found> {
-        let known = self.rest_of_last(mover);
         let limits = Limits {
             pool: &self.pool,
             stop,
@@ -317,9 +355,7 @@ impl RearrangePlanner {
         plan.cost = found.best.moves.iter().fold(0.0, |sum, action| sum + mover.costs.metres(action));
         plan.robot_seconds = found.best.seconds;
         let mut predicted = mover.table.problem.start.clone();
-        if found.best.solved {
-            self.known = Some((predicted.clone(), found.best.moves.clone()));
-        }
+        self.planned = found.best.solved.then(|| (predicted.clone(), found.best.moves.clone()));
         plan.moves.extend(found.best.moves.into_iter().map(|action| {
             predicted.set_pose(action.body(), action.to());
             PlannedMove { action, predicted: predicted.clone(), value: 0.0 }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::certain;
 use super::mover::{Mover, MoverScratch};
+use super::planner::Begin;
 use super::table::Layout;
 use super::{REARRANGE_PLANNERS, RearrangeOptions, RearrangePlan, RearrangePlanner};
 use crate::geom::{Pose2, Shape, vec2};
@@ -119,7 +120,8 @@ fn solve(problem: &Rearrangement, id: &str, iterations: u64) -> RearrangePlan {
 /// Ends after so many looks at the stop.
 fn cut(problem: &Rearrangement, id: &str, looks: u64) -> RearrangePlan {
     let budget = Budget::seconds(1.0);
-    planner(id, budget).decide_until(problem, budget, &Stop::after_looks(looks), &Control::default()).unwrap()
+    let stop = Stop::after_looks(looks);
+    planner(id, budget).decide_until(problem, budget, Begin::Afresh, &stop, &Control::default()).unwrap()
 }
 
 /// The plan's outcome fits the rest of it, and its moves lead where it says.
