@@ -777,7 +777,8 @@ typedef int32_t jostle_effect;
 /// Loading and testing a network took longer than the limit in docs/networks.md.
 #define JOSTLE_ERROR_MODEL_DEADLINE (-31)
 
-/// A simple polygon, convex or not: `points`, in order round the outline, in either direction.
+/// A simple polygon, convex or not: `points`, in order round the outline, in either direction. Corners within 0.1 um of the
+/// one before them count once, also where the last repeats the first.
 #define JOSTLE_SHAPE_POLYGON 1
 
 /// As JOSTLE_SHAPE_POLYGON, but refused where it is not convex.

@@ -15,7 +15,8 @@ use crate::scene::{Body, BodyDef, library};
 
 /// What a shape is: one of the JOSTLE_SHAPE_ values.
 pub type jostle_shape = i32;
-/// A simple polygon, convex or not: `points`, in order round the outline, in either direction.
+/// A simple polygon, convex or not: `points`, in order round the outline, in either direction. Corners within 0.1 um of the
+/// one before them count once, also where the last repeats the first.
 pub const JOSTLE_SHAPE_POLYGON: jostle_shape = 1;
 /// As JOSTLE_SHAPE_POLYGON, but refused where it is not convex.
 pub const JOSTLE_SHAPE_CONVEX_POLYGON: jostle_shape = 2;

@@ -12,6 +12,8 @@ use crate::error::{Error, Result};
 
 /// Corners that stand for a disc where corners are needed (outlines, areas).
 const DISC_CORNERS: usize = 32;
+/// Neighbouring corners nearer to each other than this are one, metres.
+const SAME_CORNER: f64 = 1e-7;
 /// The most corners that a body may have once its outlines are simplified, all its parts together; a disc counts as one.
 /// What a push costs grows with them.
 pub const MAX_CORNERS: usize = 512;
@@ -408,22 +410,39 @@ fn polygon_part(
     Ok(Part { pieces, outline, deviation: simple.deviation, outlined, area: a, centroid, second })
 }
 
-/// The corners, counter-clockwise, if they make an outline. Errors number the corners as they were given.
+/// The corners that do not lie where the one before them lies. Sections of meshes have such corners where the plane passes a
+/// vertex, and rings of other libraries end with the corner that they begin with.
+fn distinct_corners(points: &[Vec2]) -> Vec<usize> {
+    let same = |i: usize, j: usize| (points[i] - points[j]).norm() < SAME_CORNER;
+    let mut kept: Vec<usize> = Vec::with_capacity(points.len());
+    for i in 0..points.len() {
+        if kept.last().is_none_or(|&last| !same(last, i)) {
+            kept.push(i);
+        }
+    }
+    while kept.len() > 1 && same(kept[0], kept[kept.len() - 1]) {
+        kept.pop();
+    }
+    kept
+}
+
+/// The corners, counter-clockwise, if they make an outline; of neighbours at one place the first. Errors number the corners
+/// as they were given.
 fn checked_outline(points: &[[f64; 2]], field: &str) -> Result<Vec<Vec2>> {
     check_corner_count(field, points.len())?;
     for (i, p) in points.iter().enumerate() {
         bounds::LOCAL.check_all(&format!("{field}[{i}]"), *p)?;
-        let next = (i + 1) % points.len();
-        let q = points[next];
-        if (p[0] - q[0]).hypot(p[1] - q[1]) < 1e-7 {
-            let reason = format!("coincides with corner {next}, the next, at ({}, {}); remove one of them", q[0], q[1]);
-            return Err(Error::argument(format!("{field}[{i}]"), reason));
-        }
     }
-    let mut outline: Vec<Vec2> = points.iter().map(|p| vec2(p[0], p[1])).collect();
-    if let Some(fault) = outline_fault(&outline) {
-        let reason = format!("{}; give the corners in order round the outline", fault.describe(&outline));
+    let given: Vec<Vec2> = points.iter().map(|p| vec2(p[0], p[1])).collect();
+    let distinct = distinct_corners(&given);
+    if distinct.len() < 3 {
+        let reason = format!("has {} corners at places of their own; a polygon has 3 or more", distinct.len());
         return Err(Error::argument(field, reason));
+    }
+    let mut outline: Vec<Vec2> = distinct.iter().map(|&i| given[i]).collect();
+    if let Some(fault) = outline_fault(&outline) {
+        let said = fault.numbered(|i| distinct[i % distinct.len()]).describe(&given);
+        return Err(Error::argument(field, format!("{said}; give the corners in order round the outline")));
     }
     if area_moments(&outline).0 < 0.0 {
         outline.reverse();

@@ -379,9 +379,40 @@ fn a_bad_outline_is_refused_with_the_corners_as_they_were_given() {
             vec![[0.0, 0.0], [0.04, 0.0], [0.04, 0.04], [0.0, 0.0], [-0.04, -0.04], [-0.04, 0.0]],
             "corner 3 repeats corner 0 at (0, 0)",
         ),
-        (vec![[0.0, 0.0], [0.04, 0.0], [0.0, 0.04], [0.0, 0.0]], "[3]: coincides with corner 0, the next, at (0, 0)"),
+        // Corners that repeat their neighbours count, but do not hide what is wrong behind them.
+        (
+            vec![[0.0, 0.0], [0.0, 0.0], [0.0, 0.04], [0.04, 0.0], [0.04, 0.0], [0.04, 0.04]],
+            "edge 2 from (0, 0.04) to (0.04, 0) crosses edge 5 from (0.04, 0.04) to (0, 0)",
+        ),
+        (vec![[0.0, 0.0], [0.04, 0.0], [0.04, 0.0], [0.0, 0.0]], "has 2 corners at places of their own"),
+        (vec![[0.01, 0.0]; 4], "has 1 corners at places of their own"),
     ] {
         let error = Footprint::new(Shape::Polygon(outline)).unwrap_err().to_string();
         assert!(error.contains(want), "{error}");
+    }
+}
+
+#[test]
+fn corners_that_lie_where_their_neighbours_lie_count_once() {
+    // An L as it was cut out of a mesh: a vertex in the plane gives a corner for each of its triangles, and the ring is closed.
+    let plain = [[0.0, 0.0], [0.06, 0.0], [0.06, 0.02], [0.02, 0.02], [0.02, 0.06], [0.0, 0.06]];
+    let near = |p: [f64; 2], off: f64| [p[0] + off, p[1] - off];
+    let cut = |off: f64| -> Vec<[f64; 2]> {
+        let each = plain.iter().enumerate();
+        let twice = each.flat_map(|(i, &p)| std::iter::repeat_n(p, 1 + i % 3).enumerate());
+        twice.map(|(k, p)| near(p, off * k as f64)).chain([plain[0]]).collect()
+    };
+    let want = Footprint::new(Shape::Polygon(plain.to_vec())).unwrap();
+    for off in [0.0, 1e-15, 1e-12, 3e-8] {
+        let mut given = cut(off);
+        for _ in 0..given.len() {
+            let got = Footprint::new(Shape::Polygon(given.clone())).unwrap();
+            assert_eq!(got.outlines[0].len(), 6, "{off} {given:?}");
+            assert_eq!(got.pieces.len(), want.pieces.len());
+            assert!((got.area - want.area).abs() < 1e-8 && (got.centroid - want.centroid).norm() < 1e-7, "{off}");
+            given.rotate_left(1);
+        }
+        given.reverse();
+        assert_eq!(Footprint::new(Shape::Polygon(given)).unwrap().outlines[0].len(), 6);
     }
 }

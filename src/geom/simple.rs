@@ -28,6 +28,20 @@ pub enum OutlineFault {
 }
 
 impl OutlineFault {
+    /// The same fault of a line whose corners (and the edges that begin there) have other numbers.
+    pub fn numbered(self, number: impl Fn(usize) -> usize) -> OutlineFault {
+        match self {
+            OutlineFault::Repeats { corner, other } => {
+                OutlineFault::Repeats { corner: number(corner), other: number(other) }
+            }
+            OutlineFault::FoldsBack { corner } => OutlineFault::FoldsBack { corner: number(corner) },
+            OutlineFault::Touches { corner, edge } => {
+                OutlineFault::Touches { corner: number(corner), edge: number(edge) }
+            }
+            OutlineFault::Crosses { edge, other } => OutlineFault::Crosses { edge: number(edge), other: number(other) },
+        }
+    }
+
     /// In words, with the coordinates.
     pub fn describe(&self, points: &[Vec2]) -> String {
         let at = |i: usize| format!("({}, {})", points[i % points.len()].x, points[i % points.len()].y);

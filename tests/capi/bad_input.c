@@ -118,7 +118,7 @@ static void bad_bodies(void)
     DEF(def.points = bow_tie, ARGUMENT, "def.points: edge 0 from (0, 0) to (0.05, 0.05) crosses edge 2 from ");
     DEF((def.points = bay, def.shape = JOSTLE_SHAPE_CONVEX_POLYGON), ARGUMENT, "def.points: is not convex");
     DEF((def.points = hole, def.point_count = 3), ARGUMENT, "def.points[1]: is ");
-    DEF(def.points = twice, ARGUMENT, "def.points[1]: coincides");
+    DEF((def.points = twice, def.point_count = 3), ARGUMENT, "def.points: has 2 corners at places of their own");
     DEF((def.points = line, def.point_count = 3), ARGUMENT, "def.points: ");
     DEF(def.shape = JOSTLE_SHAPE_DISC, ARGUMENT, "def.radius: is 0");
     DEF((def.shape = JOSTLE_SHAPE_DISC, def.radius = NOT_A_NUMBER), ARGUMENT, "def.radius: is ");
