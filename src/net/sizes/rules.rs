@@ -279,7 +279,7 @@ fn broadcast(node: &Node, inputs: &Inputs<'_>) -> Result<Made, String> {
     out.whole = inputs.iter().flatten().all(|input| input.whole);
     let all: Option<Vec<Vec<f64>>> = inputs.iter().flatten().map(|input| spread(input, &out.dims)).collect();
     let truth = |yes: bool| if yes { 1.0 } else { 0.0 };
-    let whole = out.whole;
+    let (whole, fmod) = (out.whole, node.int("fmod", 0) != 0);
     out.values = all.and_then(|all| {
         let of = |k: usize| -> Option<f64> {
             let v: Vec<f64> = all.iter().map(|values| values[k]).collect();
@@ -289,6 +289,11 @@ fn broadcast(node: &Node, inputs: &Inputs<'_>) -> Result<Made, String> {
                 ("Mul", [a, b]) => a * b,
                 ("Div", [a, b]) if whole && *b != 0.0 => (a / b).trunc(),
                 ("Div", [a, b]) if !whole => a / b,
+                // With the sign of the divisor, or by `fmod` of what is divided.
+                ("Mod", [a, b]) if whole && *b != 0.0 => match a % b {
+                    rest if fmod || rest == 0.0 || (rest < 0.0) == (*b < 0.0) => rest,
+                    rest => rest + b,
+                },
                 ("Min", v) => v.iter().copied().fold(f64::INFINITY, f64::min),
                 ("Max", v) => v.iter().copied().fold(f64::NEG_INFINITY, f64::max),
                 ("Equal", [a, b]) => truth(a == b),

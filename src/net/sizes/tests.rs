@@ -437,6 +437,35 @@ fn told(net: &Net, name: &str) -> Option<Vec<u64>> {
     walk.known.get(name).map(|shaped| shaped.dims.clone())
 }
 
+/// PyTorch's export of an attention takes the sizes of its heads by remainders of constants.
+#[test]
+fn sizes_by_a_remainder_are_told_as_the_standard_has_them() {
+    for (a, b, fmod, want) in [
+        (7, 3, 0, Some(1)),
+        (6, 3, 0, Some(0)),
+        (-7, 3, 0, Some(2)),
+        (7, 3, 1, Some(1)),
+        (7, -3, 1, Some(1)),
+        // Below zero, and undefined.
+        (7, -3, 0, None),
+        (-7, 3, 1, None),
+        (7, 0, 0, None),
+    ] {
+        let mut net = Net::default();
+        let [x, y] = [a, b].map(|v| net.ints(&[v]));
+        let rest = net.make("Mod", &[&x, &y], &[("fmod", Given::Int(fmod))]);
+        let filled = net.make("ConstantOfShape", &[&rest], &[]);
+        assert_eq!(told(&net, &filled), want.map(|n| vec![n]), "{a} mod {b}, fmod {fmod}");
+    }
+    let mut net = Net::default();
+    let sizes = net.make("Shape", &["image"], &[]);
+    let [two, three, zero] = [2, 3, 0].map(|v| net.ints(&[v]));
+    let rest = net.make("Mod", &[&two, &three], &[]);
+    let head = net.make("Slice", &[&sizes, &zero, &rest], &[]);
+    let filled = net.make("ConstantOfShape", &[&head], &[]);
+    assert_eq!(told(&net, &filled), Some(vec![1, 2]));
+}
+
 /// The sizes that are told are those that the runtime makes, in networks of operators drawn at random.
 #[test]
 fn sizes_are_told_as_a_runtime_makes_them() {
