@@ -102,6 +102,7 @@ fn every_spoilt_file_has_its_own_fault_and_a_message_with_file_expected_and_foun
         ("rank", with_dims(&gc, "image", &[0, 2, 32]), None, ModelFault::Tensors, "[batch, 2, 32]"),
         ("square", with_dims(&gc, "image", &[0, 2, 32, 30]), None, ModelFault::Tensors, "[batch, 2, 32, 30]"),
         ("batch", with_dims(&gc, "probability", &[4]), None, ModelFault::Tensors, "[4]"),
+        ("fixed", with_dims(&gc, "image", &[2, 2, 32, 32]), None, ModelFault::Tensors, "export with dynamic shapes"),
         ("objects", with_dims(&dipn, "centre", &[0, 5, 2]), None, ModelFault::Tensors, "[batch, num_objects, 2]"),
         ("dtype", with_dtype(&gc, "image", 10), None, ModelFault::Tensors, "float16"),
         ("name", with_name(&gc, "image", "photo"), None, ModelFault::Tensors, "found `photo`"),

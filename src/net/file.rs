@@ -219,10 +219,24 @@ fn check_list(
         let before = *side;
         if !fits(tensor, spec, side) {
             let expected = format!("{what} {}", spec.describe(before));
-            return Err(Error::model(path, ModelFault::Tensors, expected, tensor));
+            let found = format!("{tensor}{}", advice(tensor, spec));
+            return Err(Error::model(path, ModelFault::Tensors, expected, found));
         }
     }
     Ok(())
+}
+
+/// What to change where a tensor has what exporters do unasked.
+fn advice(tensor: &TensorInfo, spec: &TensorSpec) -> &'static str {
+    let dims = tensor.dims.as_deref().unwrap_or_default();
+    let open = |axis: &Axis| matches!(axis, Axis::Batch | Axis::Objects);
+    let fixed = dims.iter().zip(spec.axes).any(|(dim, axis)| open(axis) && matches!(dim, Dim::Fixed(_)));
+    if fixed && dims.len() == spec.axes.len() {
+        "; a dimension that differs from call to call must have a name: export with dynamic shapes (`dynamic_shapes` of \
+         torch.onnx.export)"
+    } else {
+        ""
+    }
 }
 
 /// The tensor is what the interface asks for.
