@@ -10,7 +10,7 @@ use jostle::physics::{
     engine_with, network,
 };
 use jostle::run::{Budget, CancelToken, Stop};
-use jostle::scene::{BodyDef, LeaveRule, Scene, SceneBuilder, State, Workspace};
+use jostle::scene::{BodyDef, Gripper, LeaveRule, Scene, SceneBuilder, State, Workspace};
 
 const CENTRE: [f64; 2] = [0.5, 0.0];
 
@@ -145,6 +145,45 @@ fn a_body_that_leaves_the_workspace_is_reported_and_goes_on_sliding() {
             assert_eq!(result.left.iter().collect::<Vec<_>>(), [0], "{}", engine.name());
         }
     }
+}
+
+/// Engines that keep what they saw of a pair of bodies from step to step could push by what was there before.
+#[test]
+fn what_tip_and_pushed_body_pass_at_a_distance_stays_to_the_bit() {
+    // A border and what `fast` looks ahead are 2 mm together for the published gripper.
+    const CLEAR: [f64; 3] = [0.0025, 0.004, 0.0075];
+    let mut wrong = Vec::new();
+    for scale in [0.2, 1.0, 5.0] {
+        for side in [0.005, 0.02, 0.045, 0.15, 0.4].map(|side| side * scale) {
+            let mut builder = SceneBuilder::new();
+            builder.gripper(Gripper::robotiq_2f85().scaled(scale));
+            // The pushed body is narrower than the tip.
+            for side in [0.02 * scale, side, side] {
+                builder.add_body(BodyDef::new(Shape::rectangle(side, side))).unwrap();
+            }
+            builder.workspace(Workspace::rectangle(vec2(-9.0, -9.0), vec2(9.0, 9.0)));
+            let scene = Arc::new(builder.build().unwrap());
+            // In the others bodies rock, and sink in where they stand.
+            for engine in engines(&scene).iter().filter(|engine| engine.name().starts_with("rapier")) {
+                for (clear, heading) in CLEAR.into_iter().flat_map(|c| [(c, 0.0), (c, 0.6)]) {
+                    let along = Pose2::new(CENTRE[0], CENTRE[1], heading);
+                    let place = |x: f64, y: f64| along.compose(&Pose2::new(x * scale, y, 0.0));
+                    // One at either side of the way: the left one abreast of where the push begins, the right one of its end.
+                    let y = scene.gripper().push.width / 2.0 + clear * scale + side / 2.0;
+                    let state = State::new([place(-0.03, 0.0), place(-0.06, y), place(0.05, -y)]);
+                    let push = Push::new(place(-0.08, 0.0).position(), place(0.07, 0.0).position());
+                    let result = run(&**engine, &state, &push);
+                    let executed = result.status == PushStatus::Executed && result.state.pose(0) != state.pose(0);
+                    let alone = result.touched.iter().eq([0]);
+                    if !(executed && alone && result.state.poses()[1..] == state.poses()[1..]) {
+                        let of = format!("{} scale {scale} side {side} clear {clear} heading {heading}", engine.name());
+                        wrong.push(format!("{of}: {:?} {:?}", result.status, result.state.poses()));
+                    }
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
 #[test]

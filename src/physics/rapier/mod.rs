@@ -215,4 +215,30 @@ mod tests {
             assert!(end.x > 0.55 && apart < 1.5e-3, "{ends:?}");
         }
     }
+
+    #[test]
+    fn a_body_goes_along_with_the_tip_however_slow_it_is() {
+        for preset in RapierSettings::PRESETS {
+            for speed in [0.001, 0.01, 0.05, 0.13] {
+                for side in [0.005, 0.045, 0.4] {
+                    let settings = RapierSettings { speed, ..RapierSettings::by_name(preset).unwrap() };
+                    let mut builder = SceneBuilder::new();
+                    builder.add_body(BodyDef::new(Shape::rectangle(side, side))).unwrap();
+                    let engine = Rapier::new(Arc::new(builder.build().unwrap()), settings).unwrap();
+                    let front = engine.scene.gripper().push.thickness / 2.0;
+                    let state = State::new([Pose2::new(0.5, 0.0, 0.0)]);
+                    let start = vec2(0.5 - side / 2.0 - front - 0.005, 0.0);
+                    let push = Push::new(start, start + vec2(0.025, 0.0));
+                    let result = engine.step(&mut engine.scratch(), &state, &push, &Stop::never());
+                    let moved = result.state.pose(0).x - 0.5;
+                    let of = format!("{preset}, {speed} m/s, side {side}: {moved} m");
+                    // By the border more than the tip travels in contact, and it may coast on once the tip is lifted.
+                    let least = 0.02 + settings.border - 5e-4;
+                    let coasts = speed * speed / (2.0 * 1.1 * 0.5 * settings.gravity);
+                    let along = (least..least + coasts + 1e-3).contains(&moved);
+                    assert!(result.status == PushStatus::Executed && along, "{of}");
+                }
+            }
+        }
+    }
 }
