@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use jostle::action::{Action, ContourSampler, Push, PushSampler, SamplerScratch};
 use jostle::eval::{Judge, JudgeOptions, Suite, TrialEnd, needs_push, needs_pushes, run_trial};
-use jostle::geom::normalize_angle;
+use jostle::geom::{Pose2, Shape, normalize_angle};
 use jostle::grasp::{GraspParams, GraspScratch, GraspTest};
 use jostle::physics::{self, PhysicsOptions, Purpose, PushStatus, Transition};
 use jostle::plan::{Confirm, Control, Outcome, Plan, Planner, PlannerOptions};
@@ -13,7 +13,7 @@ use jostle::record::explanation;
 use jostle::run::{Budget, Key, Progress, Stop};
 use jostle::scene::arc::ArcProfile;
 use jostle::scene::generate::{Generator, GeneratorParams};
-use jostle::scene::{Problem, State};
+use jostle::scene::{BodyDef, Gripper, Problem, SceneBuilder, State};
 
 fn options() -> PlannerOptions {
     PlannerOptions { budget: Budget::iterations(1500), seed: 3, ..PlannerOptions::default() }
@@ -221,4 +221,34 @@ fn the_suites_are_what_they_are_called() {
             assert!(!problems.iter().all(|p| needs_pushes(p, 3, 0.05).unwrap()));
         }
     }
+}
+
+/// A gripper that knows its chance of keeping: thresholds and expectation are chances, and threads change none of it.
+#[test]
+fn a_gripper_that_knows_its_chance_of_keeping_decides_by_it() {
+    let alone = |height: f64| {
+        let mut builder = SceneBuilder::new();
+        builder.add_body(BodyDef { height, ..BodyDef::new(Shape::rectangle(0.0225, 0.045)) }).unwrap();
+        builder.gripper(Gripper::robotiq_2f85_kept());
+        let state = State::new([Pose2::new(0.5, 0.0, 0.4)]);
+        Problem::new("half-cube", Arc::new(builder.build().unwrap()), state, 0).unwrap()
+    };
+    // Of a body that no grasp keeps surely the best is taken at once: no push makes it higher.
+    for (height, least, greatest) in [(0.045, 0.9, 1.0), (0.0235, 0.3, 0.8)] {
+        let plan = solve(&options(), &alone(height));
+        assert_eq!((plan.outcome, plan.actions.len()), (Outcome::Solved, 1));
+        let Action::Grasp(grasp) = plan.actions[0].action else { panic!("{plan:?}") };
+        assert!((grasp.width - 0.045).abs() < 1e-6 && grasp.score > least && grasp.score < greatest, "{grasp:?}");
+    }
+    let mut weighed = 0;
+    for mut problem in small(3) {
+        problem.scene = Arc::new(problem.scene.with_gripper(Gripper::robotiq_2f85_kept()).unwrap());
+        let plan = solve(&options(), &problem);
+        assert_eq!(bits(&plan), bits(&solve(&PlannerOptions { threads: 2, ..options() }, &problem)));
+        if let Some(chance) = plan.statistics.success_chance {
+            assert!(chance < 1.0, "no grasp is certain: {chance}");
+            weighed += 1;
+        }
+    }
+    assert!(weighed > 0);
 }

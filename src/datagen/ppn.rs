@@ -187,6 +187,7 @@ impl Task for PpnTask {
             sampler: Box::new(ContourSampler::preset(&self.params.sampler)?.prepared(scene)),
             scorer: Box::new(GeometricScorer::new(scene, GraspParams::default())?),
             reward: Reward { shaping: SHAPING, solved_score: GraspDecision::default().solved_score },
+            grasp: GraspDecision::default(),
             present: None,
             demand: 0.0,
             failed: FailedPushes::default(),

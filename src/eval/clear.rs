@@ -290,6 +290,7 @@ pub fn clear_trial(
             break ClearEnd::Cancelled;
         }
         let action = plan.actions.first().map(|a| a.action);
+        let chance = action.and_then(|a| judge.chance(&a));
         let effect = action.map(|a| judge.execute(&a)).transpose()?;
         decisions.push(Decision {
             milliseconds,
@@ -298,6 +299,7 @@ pub fn clear_trial(
             outcome: plan.outcome,
             planned: plan.actions.len(),
             action,
+            chance,
             effect,
         });
         match (action, effect) {

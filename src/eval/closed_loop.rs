@@ -123,6 +123,7 @@ pub fn run_trial(
             break TrialEnd::Cancelled;
         }
         let action = plan.actions.first().map(|a| a.action);
+        let chance = action.and_then(|a| judge.chance(&a));
         let effect = action.map(|a| judge.execute(&a)).transpose()?;
         let decision = Decision {
             milliseconds,
@@ -131,6 +132,7 @@ pub fn run_trial(
             outcome: plan.outcome,
             planned: plan.actions.len(),
             action,
+            chance,
             effect,
         };
         observer(Event::Decision { trial: index, decision: &decision });

@@ -14,7 +14,7 @@ use crate::error::{Error, Result, check_range};
 use crate::grasp::Jaw;
 use crate::physics::{self, GraspStatus, PhysicsOptions, PushStatus, Scratch, Transition};
 use crate::run::{Key, Stop};
-use crate::scene::{Clearing, Problem, Scene, State, Uncertainty};
+use crate::scene::{Clearing, Gripper, Keeping, Problem, Scene, State, Uncertainty};
 
 /// How the judge's world differs from the planner's model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -73,6 +73,8 @@ pub struct Judge {
     engine: Arc<dyn Transition>,
     scratch: Scratch,
     jaw: Jaw,
+    /// Of the same measures, with the chance that it keeps what it grasps.
+    hand: Jaw,
     name: String,
     /// The body to be retrieved; where there is none, any pickable body may be taken.
     target: Option<usize>,
@@ -135,6 +137,7 @@ impl Judge {
             scratch: engine.scratch(),
             engine,
             jaw: Jaw::new(nominal)?,
+            hand: hand(nominal)?,
             name: name.to_owned(),
             target,
             truth: state.clone(),
@@ -175,6 +178,14 @@ impl Judge {
             scene: Arc::clone(&self.nominal),
             state: self.observe(),
             target: self.target.unwrap_or_default(),
+        }
+    }
+
+    /// The chance that a real hand keeps what a grasp takes at the true poses ([`super::Decision::chance`]); none for a push.
+    pub fn chance(&mut self, action: &Action) -> Option<f64> {
+        match action {
+            Action::Grasp(grasp) => Some(self.hand.chance(&self.truth, grasp)),
+            Action::Push(_) => None,
         }
     }
 
@@ -226,6 +237,13 @@ impl Judge {
         }
         Some(if taken { Effect::Grasped } else { Effect::Missed })
     }
+}
+
+/// The scene's jaw as a hand that may lose what it grasps.
+fn hand(scene: &Scene) -> Result<Jaw> {
+    let gripper = scene.gripper();
+    let keeping = Some(Keeping::robotiq_2f85().scaled(gripper.scale()));
+    Jaw::new(&scene.with_gripper(Gripper { keeping, ..gripper.clone() })?)
 }
 
 impl Judge {

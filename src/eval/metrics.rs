@@ -49,6 +49,10 @@ pub struct Decision {
     pub planned: usize,
     /// The plan's first action, which was executed; none if the plan is empty.
     pub action: Option<Action>,
+    /// Of a grasp: the chance that a real hand keeps it, by [`crate::scene::Keeping::robotiq_2f85`] at the true poses. The
+    /// judge's engine tries the grasp out without it: no engine here knows the fingers' compliance or the swing of the arm.
+    #[serde(default)]
+    pub chance: Option<f64>,
     pub effect: Option<Effect>,
 }
 
@@ -171,6 +175,9 @@ pub struct Total {
     pub grasp_success: Option<f64>,
     pub actions: usize,
     pub grasps: usize,
+    /// Mean chance that a real hand keeps a grasp that was attempted, [`Decision::chance`]; none without a grasp.
+    #[serde(default)]
+    pub grasp_chance: Option<f64>,
     /// Pushes whose tip would have come down on a body.
     pub blocked: usize,
     pub decisions: usize,
@@ -194,6 +201,7 @@ impl Total {
             grasp_success: n.grasp_success(),
             actions: n.actions,
             grasps: n.grasps,
+            grasp_chance: mean_chance(&trials),
             blocked: n.blocked,
             decisions: times.len(),
             decision_ms: Spread::of(&times),
@@ -245,6 +253,11 @@ impl Counts {
     }
 }
 
+fn mean_chance(trials: &[&Trial]) -> Option<f64> {
+    let chances: Vec<f64> = trials.iter().flat_map(|t| &t.decisions).filter_map(|d| d.chance).collect();
+    (!chances.is_empty()).then(|| mean(&chances))
+}
+
 fn ratio(part: usize, whole: usize) -> Option<f64> {
     (whole > 0).then(|| part as f64 / whole as f64)
 }
@@ -261,6 +274,7 @@ mod tests {
             outcome: Outcome::Budget,
             planned: usize::from(effect.is_some()),
             action: None,
+            chance: matches!(effect, Some(Effect::Grasped | Effect::Missed)).then_some(milliseconds / 10.0),
             effect,
         }
     }
@@ -304,6 +318,7 @@ mod tests {
         assert_eq!(total.mean_actions, 2.25, "failures included, over all trials");
         assert_eq!(total.actions_per_success, Some(3.0), "failures' actions over successes");
         assert_eq!(total.grasp_success, Some(0.75));
+        assert!((total.grasp_chance.unwrap() - 0.325).abs() < 1e-12, "of 0.2, 0.4, 0.6 and 0.1");
         // 1 2 4 6 10 20 30 30 30: the middle one, and 0.08 below the last two, which are equal.
         assert_eq!((total.decision_ms.median, total.decision_ms.p99, total.decision_ms.max), (10.0, 30.0, 30.0));
         // (12 + 30 + 90 + 1) / 4 ms

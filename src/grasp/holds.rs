@@ -29,4 +29,11 @@ impl Jaw {
     pub fn holds(&mut self, state: &State, grasp: &Grasp) -> bool {
         self.test.check(&self.scene, state, grasp, &mut self.scratch).holds()
     }
+
+    /// The chance that the target is kept: 0 where the grasp does not hold; 1 where it does, for a gripper without a model
+    /// of that.
+    pub fn chance(&mut self, state: &State, grasp: &Grasp) -> f64 {
+        let check = self.test.check(&self.scene, state, grasp, &mut self.scratch);
+        if check.holds() { check.chance.unwrap_or(1.0) } else { 0.0 }
+    }
 }

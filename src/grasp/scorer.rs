@@ -52,6 +52,11 @@ pub trait Scorer: Send + Sync {
         None
     }
 
+    /// The greatest score that the body has in any state of the scene, where that is known.
+    fn greatest_score(&self, _scene: &Scene, _body: usize) -> Option<f64> {
+        None
+    }
+
     /// Why no state of the scene has a grasp of the body, where that is known.
     fn unholdable(&self, _scene: &Scene, _body: usize) -> Option<Unholdable> {
         None
@@ -83,6 +88,10 @@ impl Scorer for GeometricScorer {
 
     fn unholdable(&self, scene: &Scene, body: usize) -> Option<Unholdable> {
         self.test.unholdable(scene, body)
+    }
+
+    fn greatest_score(&self, scene: &Scene, body: usize) -> Option<f64> {
+        self.test.greatest_score(scene, body)
     }
 
     fn name(&self) -> &str {

@@ -193,7 +193,22 @@ impl GraspTest {
     /// The score of the best grasp that the body has where it lies alone; none where it has no grasp. As far as the test's
     /// directions and positions go.
     pub fn greatest_score(&self, scene: &Scene, body: usize) -> Option<f64> {
-        self.with_tables(scene, |tables| Some(tables.body(scene, body)?.candidates.first()?.hold.score))
+        self.with_tables(scene, |tables| {
+            let table = tables.body(scene, body)?;
+            if self.failed.is_empty() {
+                return Some(table.candidates.first()?.hold.score);
+            }
+            let scale = scene.gripper().scale();
+            let score = |c: &Candidate| c.hold.score * self.believed(table, c, c.hold.middle(), body, scale);
+            table.candidates.iter().map(score).max_by(f64::total_cmp)
+        })
+    }
+
+    /// What is left of a candidate's score where grasps of the body failed.
+    fn believed(&self, table: &BodyTable, candidate: &Candidate, x: f64, body: usize, scale: f64) -> f64 {
+        let (angle, sin, cos) = table.directions[candidate.direction];
+        let place = Frame { origin: Vec2::zeros(), sin, cos }.point(vec2(x, candidate.y));
+        belief(&self.failed, body, place, angle, scale)
     }
 
     /// The best grasp, and how near the state is to allowing one.
@@ -282,9 +297,7 @@ impl GraspTest {
             let spare = room.spare.max(0.0);
             let mut score = candidate.hold.scored(x, candidate.opening, room.gap, spare, &rule);
             if !self.failed.is_empty() {
-                let (angle, sin, cos) = table.directions[candidate.direction];
-                let place = Frame { origin: Vec2::zeros(), sin, cos }.point(vec2(x, candidate.y));
-                score *= belief(&self.failed, body, place, angle, rule.scale);
+                score *= self.believed(table, candidate, x, body, rule.scale);
             }
             let margin = spare
                 .min(candidate.hold.fit_spare(x, candidate.opening, grasper).max(0.0))

@@ -14,6 +14,9 @@ use crate::run::Budget;
 use crate::search::{EarlyStop, Params};
 
 /// When a grasp is executed and when a state counts as solved, by the grasp's score in [0, 1].
+///
+/// For a gripper whose score is the chance that it keeps the body ([`crate::scene::Keeping`]) the default stands for
+/// [`GraspDecision::kept`]: these numbers are made for a judgement by the shape of the grip.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct GraspDecision {
@@ -22,6 +25,20 @@ pub struct GraspDecision {
     pub execute_score: f64,
     /// A simulated state whose best grasp scores at least this is a solution.
     pub solved_score: f64,
+}
+
+/// A chance of keeping from which on a grasp is as good as done: a lost body costs a look, often a push, and a grasp.
+const KEPT: f64 = 0.8;
+/// A body that no grasp keeps so surely is grasped from so much below the best chance that it has anywhere: a push for less
+/// costs more than it gains.
+const BELOW_BEST: f64 = 0.2;
+
+impl GraspDecision {
+    /// For a score that is the chance of keeping, and a body whose grasps score up to `greatest`.
+    pub fn kept(greatest: f64) -> GraspDecision {
+        let enough = KEPT.min((greatest - BELOW_BEST).max(0.0));
+        GraspDecision { execute_score: enough, solved_score: enough }
+    }
 }
 
 impl Default for GraspDecision {

@@ -8,15 +8,15 @@ use super::decision::{Decision, Found, From, cancelled};
 use super::failures::{BETTER, FailedPushes, seen_before};
 use super::hedge;
 use super::networks::{Networks, OwnNetworks};
-use super::options::PlannerOptions;
+use super::options::{GraspDecision, PlannerOptions};
 use super::outcome::{Outcome, Plan, PlanStatistics, PlannedAction, RankedAction};
 use super::reason::{Ending, Reason};
 use super::recipe::{Recipe, recipe};
-use super::retrieval::Retrieval;
+use super::retrieval::{Retrieval, Reward};
 use crate::action::{Action, ContourSampler, Grasp, Push};
 use crate::error::Result;
 use crate::geom::normalize_angle;
-use crate::grasp::FailedGrasp;
+use crate::grasp::{FailedGrasp, Scorer};
 use crate::physics::{Ensemble, Transition};
 use crate::run::{Budget, CancelToken, Pool, Progress, Stop, StopReason};
 use crate::scene::{Problem, Scene, State};
@@ -159,7 +159,7 @@ impl Planner {
             self.drop_tree();
             return Ok(false);
         };
-        let usual = self.options.grasp.solved_score;
+        let usual = self.domain.as_ref().map_or(self.options.grasp, |domain| domain.grasp).solved_score;
         self.demand = usual + (self.demand - usual).max(0.0) / 2.0;
         self.failed_grasps.iter_mut().for_each(|grasp| *grasp = grasp.halved());
         self.failed.clear();
@@ -268,6 +268,8 @@ impl Planner {
             let after: Vec<FailedGrasp> = self.failed_grasps.iter().map(|grasp| grasp.halved()).collect();
             self.avoids = !after.is_empty();
             if let Some(later) = present.avoiding(&after) {
+                let asked = |scorer: &dyn Scorer| thresholds(&self.options, &self.recipe, scorer, problem);
+                (domain.grasp, domain.reward) = (asked(present.as_ref()).0, asked(later.as_ref()).1);
                 (domain.scorer, domain.present) = (later, Some(present));
             }
         }
@@ -282,7 +284,7 @@ impl Planner {
         }
 
         // A state that would count as a solution is one: from there nothing is searched.
-        let enough = self.options.grasp.execute_score.min(self.options.grasp.solved_score).max(self.demand);
+        let enough = domain.grasp.execute_score.min(domain.grasp.solved_score).max(self.demand);
         let now = domain.assess_present(&mut domain.new_scratch(), &problem.state, &stop);
         if let Some(grasp) = now.grasp.filter(|g| g.score >= enough) {
             plan.outcome = Outcome::Solved;
@@ -402,7 +404,8 @@ impl Planner {
         let unsolved = self.domain.as_ref().is_some_and(|domain| domain.unsolved.load(Ordering::Relaxed));
         let mut shown = if nothing && !unsolved { vec![Reason::NoLegalPush { proposed }] } else { Vec::new() };
         if !shown.is_empty() {
-            let bar = u64::from(self.demand > self.options.grasp.solved_score);
+            let usual = self.domain.as_ref().map_or(self.options.grasp, |domain| domain.grasp).solved_score;
+            let bar = u64::from(self.demand > usual);
             let grasps = self.failed_grasps.len() as u64 + bar;
             shown.extend(Reason::failed(grasps, self.failed.count()));
         }
@@ -540,16 +543,38 @@ fn sampler(options: &PlannerOptions, recipe: &Recipe) -> Result<ContourSampler> 
     }
 }
 
+/// When a grasp is executed, and what a state is worth: as the options say, or where they say nothing and scores are chances
+/// of keeping, by the greatest chance that the target has.
+fn thresholds(
+    options: &PlannerOptions,
+    recipe: &Recipe,
+    scorer: &dyn Scorer,
+    problem: &Problem,
+) -> (GraspDecision, Reward) {
+    let scene = &problem.scene;
+    let greatest = scorer.greatest_score(scene, problem.target).filter(|_| scene.gripper().keeping.is_some());
+    match greatest {
+        Some(greatest) if options.grasp == GraspDecision::default() => {
+            let kept = GraspDecision::kept(greatest);
+            (kept, Reward { solved_score: kept.solved_score, ..recipe.reward })
+        }
+        _ => (options.grasp, recipe.reward),
+    }
+}
+
 fn prepare(options: &PlannerOptions, recipe: &Recipe, networks: &Networks, problem: &Problem) -> Result<Retrieval> {
     let scene: &Arc<Scene> = &problem.scene;
+    let scorer = networks.scorer(recipe, scene)?;
+    let (grasp, reward) = thresholds(options, recipe, scorer.as_ref(), problem);
     Ok(Retrieval {
         scene: Arc::clone(scene),
         target: problem.target,
+        grasp,
         engine: networks.engine(recipe, scene)?,
         sampler: Box::new(sampler(options, recipe)?.prepared(scene)),
-        scorer: networks.scorer(recipe, scene)?,
+        scorer,
         prior: networks.prior.clone(),
-        reward: recipe.reward,
+        reward,
         present: None,
         demand: 0.0,
         failed: FailedPushes::default(),

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::failures::FailedPushes;
+use super::options::GraspDecision;
 use crate::action::{Push, PushSampler, SamplerScratch};
 use crate::geom::normalize_angle;
 use crate::grasp::{GraspAssessment, Scorer};
@@ -41,6 +42,8 @@ pub struct Retrieval {
     /// What is expected of pushes before they are tried.
     pub prior: Option<Arc<dyn PushValue>>,
     pub reward: Reward,
+    /// When a grasp is executed.
+    pub grasp: GraspDecision,
     /// A grasp has to score at least this as well: more than one that was tried and failed. 0 asks for nothing more.
     pub demand: f64,
     /// Pushes that failed where the bodies are now; not proposed at the root.

@@ -98,6 +98,9 @@ fn text(report: &Report) -> String {
         number(t.actions_per_success, 2),
         t.blocked
     );
+    if t.grasp_chance.is_some() {
+        let _ = writeln!(out, "of the grasps a real hand keeps {} by its model", percent(t.grasp_chance));
+    }
     out += &output::refused_lines(&report.refused);
     let c = &report.configuration;
     let budget = match (c.budget.iterations, c.budget.seconds) {

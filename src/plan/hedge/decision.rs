@@ -156,13 +156,13 @@ pub(in crate::plan) fn make(
         report = both(&report, further);
     }
     // What is left of an earlier plan may free the target in some worlds only, and in neither model: it cannot be told.
-    weighed.retain(|way| !way.costs.is_empty());
+    weighed.retain(|way| !way.ends.is_empty());
     while let Some(way) = weighed.first() {
         verdict.best = as_predicted(domain, decision.confirming.map(|e| &**e), way, observed, stop);
         if let Some(best) = &verdict.best {
             verdict.chance = Some(way.within(best.pushes.len() + 1));
             verdict.expected = Some(way.expected());
-            verdict.worlds = way.costs.len() as u64;
+            verdict.worlds = way.ends.len() as u64;
             break;
         }
         weighed.remove(0);

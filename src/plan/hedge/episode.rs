@@ -52,6 +52,37 @@ impl Bench {
     }
 }
 
+/// How an episode ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct End {
+    /// Actions executed, and what was done amiss in actions.
+    pub actions: f64,
+    /// The chance that the grasp at the end was kept; 1 where the episode ended otherwise.
+    pub kept: f64,
+}
+
+impl End {
+    fn other(actions: f64) -> Option<End> {
+        Some(End { actions, kept: 1.0 })
+    }
+
+    /// What the episode cost on average, in actions.
+    pub fn cost(&self) -> f64 {
+        self.actions + (1.0 - self.kept) * MISSED
+    }
+
+    /// What of the cost comes of a grasp that holds and yet may not be kept.
+    pub fn doubt(&self) -> f64 {
+        if self.kept > 0.0 { (1.0 - self.kept) * MISSED } else { 0.0 }
+    }
+
+    /// The chance that the episode cost no more than so many actions.
+    pub fn within(&self, actions: f64) -> f64 {
+        let at_most = |cost: f64| f64::from(u8::from(cost <= actions));
+        self.kept * at_most(self.actions) + (1.0 - self.kept) * at_most(self.actions + MISSED)
+    }
+}
+
 /// One plan in one world.
 #[derive(Debug, Clone)]
 struct Episode<'a> {
@@ -61,8 +92,8 @@ struct Episode<'a> {
     next: Push,
     /// Actions executed.
     taken: usize,
-    /// What the episode cost, once it has ended.
-    cost: Option<f64>,
+    /// How the episode ended, once it has.
+    end: Option<End>,
     /// The push to come, if one was found.
     best: Option<(bool, f64, Push)>,
 }
@@ -72,8 +103,8 @@ pub(super) struct World<'a> {
     pub index: usize,
     /// The plans whose first pushes are tried.
     pub plans: Vec<&'a [Push]>,
-    /// Actions of each plan's episode; empty if the work was interrupted.
-    pub costs: Vec<f64>,
+    /// The end of each plan's episode; empty if the work was interrupted.
+    pub ends: Vec<End>,
     /// Pushes simulated in the world, and in the model of the search.
     pub simulations: [u64; 2],
 }
@@ -91,17 +122,17 @@ impl<'a> World<'a> {
                 seen: State::default(),
                 next: plan.first().copied().unwrap_or_default(),
                 taken: 0,
-                cost: None,
+                end: None,
                 best: None,
             })
             .collect();
         let mut look = 0;
-        while episodes.iter().any(|e| e.cost.is_none()) {
+        while episodes.iter().any(|e| e.end.is_none()) {
             if !self.push(rules, bench, &mut episodes) {
                 return;
             }
             look += 1;
-            for e in episodes.iter_mut().filter(|e| e.cost.is_none()) {
+            for e in episodes.iter_mut().filter(|e| e.end.is_none()) {
                 e.seen = rules.ensemble.observe(self.index, &e.truth, look);
                 let found = rules.domain.assess(&mut bench.model, &e.seen, rules.stop);
                 if rules.stop.requested() {
@@ -109,23 +140,22 @@ impl<'a> World<'a> {
                 }
                 if let Some(grasp) = found.grasp.filter(|g| g.score >= rules.execute_score) {
                     e.taken += 1;
-                    let held = bench.jaw.holds(&e.truth, &grasp);
-                    e.cost = Some(e.taken as f64 + if held { 0.0 } else { MISSED });
+                    e.end = Some(End { actions: e.taken as f64, kept: bench.jaw.chance(&e.truth, &grasp) });
                 } else if e.taken >= e.plan.len() + PATIENCE {
-                    e.cost = Some(e.taken as f64 + TAIL);
+                    e.end = End::other(e.taken as f64 + TAIL);
                 }
             }
             if !self.choose(rules, bench, &mut episodes) {
                 return;
             }
         }
-        self.costs = episodes.iter().filter_map(|e| e.cost).collect();
+        self.ends = episodes.iter().filter_map(|e| e.end).collect();
     }
 
     /// Executes the next push of every episode in the world. False if the work was interrupted.
     fn push(&mut self, rules: &Rules<'_>, bench: &mut Bench, episodes: &mut [Episode<'_>]) -> bool {
         let Some(engine) = rules.ensemble.engine(self.index) else { return false };
-        let open: Vec<usize> = (0..episodes.len()).filter(|&i| episodes[i].cost.is_none()).collect();
+        let open: Vec<usize> = (0..episodes.len()).filter(|&i| episodes[i].end.is_none()).collect();
         let jobs: Vec<PushJob> =
             open.iter().map(|&i| PushJob { state: &episodes[i].truth, push: episodes[i].next }).collect();
         bench.results.resize_with(bench.results.len().max(jobs.len()), PushResult::default);
@@ -135,7 +165,7 @@ impl<'a> World<'a> {
             let e = &mut episodes[i];
             e.taken += 1;
             match result.status {
-                PushStatus::Executed if rules.domain.harmful(result) => e.cost = Some(e.taken as f64 + HARM),
+                PushStatus::Executed if rules.domain.harmful(result) => e.end = End::other(e.taken as f64 + HARM),
                 PushStatus::Executed => std::mem::swap(&mut e.truth, &mut result.state),
                 // The tip came down on a body, or nobody knows what it does: nothing moved, and an action is lost.
                 PushStatus::Illegal { .. } | PushStatus::Unsolved => {}
@@ -149,7 +179,7 @@ impl<'a> World<'a> {
     fn choose(&mut self, rules: &Rules<'_>, bench: &mut Bench, episodes: &mut [Episode<'_>]) -> bool {
         let domain = rules.domain;
         let mut pushes: Vec<(usize, Push)> = Vec::new();
-        for (i, e) in episodes.iter_mut().enumerate().filter(|(_, e)| e.cost.is_none()) {
+        for (i, e) in episodes.iter_mut().enumerate().filter(|(_, e)| e.end.is_none()) {
             if rules.stop.requested() {
                 return false;
             }
@@ -180,14 +210,14 @@ impl<'a> World<'a> {
                 e.best = Some((solved, worth, *push));
             }
         }
-        for e in episodes.iter_mut().filter(|e| e.cost.is_none()) {
+        for e in episodes.iter_mut().filter(|e| e.end.is_none()) {
             let planned = e.plan.get(e.taken).copied();
             e.next = match (e.best, planned) {
                 (Some((true, _, push)), _) => push,
                 (_, Some(push)) => push,
                 (Some((false, _, push)), None) => push,
                 (None, None) => {
-                    e.cost = Some(e.taken as f64 + TAIL);
+                    e.end = End::other(e.taken as f64 + TAIL);
                     continue;
                 }
             };

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Mutex;
 
-use super::episode::{Bench, Rules, World};
+use super::episode::{Bench, End, Rules, World};
 use crate::action::Push;
 use crate::error::Result;
 use crate::physics::{PushJob, PushResult, PushStatus};
@@ -27,15 +27,19 @@ pub(super) struct Way {
     pub pushes: Vec<Push>,
     /// The state after each push in the model of the search.
     pub states: Vec<State>,
-    /// Actions in each world that it was tried in.
-    pub costs: Vec<f64>,
+    /// How it ended in each world that it was tried in.
+    pub ends: Vec<End>,
 }
 
 impl Way {
     /// Mean number of actions; infinite where the plan was not tried.
     pub fn expected(&self) -> f64 {
-        let n = self.costs.len();
-        if n == 0 { f64::INFINITY } else { self.costs.iter().sum::<f64>() / n as f64 }
+        self.mean(End::cost)
+    }
+
+    fn mean(&self, of: impl Fn(&End) -> f64) -> f64 {
+        let n = self.ends.len();
+        if n == 0 { f64::INFINITY } else { self.ends.iter().map(of).sum::<f64>() / n as f64 }
     }
 
     /// Share of the worlds in which the target was out after no more actions than the plan has.
@@ -45,8 +49,7 @@ impl Way {
 
     /// Share of the worlds in which the target was out after no more than so many actions.
     pub fn within(&self, actions: usize) -> f64 {
-        let n = self.costs.iter().filter(|&&cost| cost <= actions as f64).count();
-        n as f64 / self.costs.len().max(1) as f64
+        self.ends.iter().map(|end| end.within(actions as f64)).sum::<f64>() / self.ends.len().max(1) as f64
     }
 
     /// What is left of an earlier plan, from the state that is now observed. None where a push of it is not possible there.
@@ -64,7 +67,7 @@ impl Way {
             }
             states.push(result.state);
         }
-        (!states.is_empty()).then(|| Way { pushes: rest.to_vec(), states, costs: Vec::new() })
+        (!states.is_empty()).then(|| Way { pushes: rest.to_vec(), states, ends: Vec::new() })
     }
 }
 
@@ -107,7 +110,7 @@ pub(super) fn ways(tree: &Tree<Retrieval>, longest: u32) -> Vec<Way> {
         }
         pushes.reverse();
         states.reverse();
-        (pushes.len() == level as usize).then_some(Way { pushes, states, costs: Vec::new() })
+        (pushes.len() == level as usize).then_some(Way { pushes, states, ends: Vec::new() })
     };
     best.iter().filter_map(way).take(PLANS).collect()
 }
@@ -131,25 +134,26 @@ pub(super) fn weigh(
         if ways.is_empty() || rules.stop.requested() || to == from {
             break;
         }
-        let costs = {
+        let ends = {
             let plans: Vec<&[Push]> = ways.iter().map(|w| w.pushes.as_slice()).collect();
             let mut worlds: Vec<World> = (from..to)
-                .map(|index| World { index, plans: plans.clone(), costs: Vec::new(), simulations: [0; 2] })
+                .map(|index| World { index, plans: plans.clone(), ends: Vec::new(), simulations: [0; 2] })
                 .collect();
             pool.for_each_group(&mut worlds, 1, &benches, |bench, group| {
                 group.iter_mut().for_each(|world| world.play(rules, bench, observed));
             })?;
-            worlds.into_iter().map(|w| (w.costs, w.simulations)).collect::<Vec<_>>()
+            worlds.into_iter().map(|w| (w.ends, w.simulations)).collect::<Vec<_>>()
         };
-        for (costs, spent) in costs {
+        for (ends, spent) in ends {
             (simulations[0], simulations[1]) = (simulations[0] + spent[0], simulations[1] + spent[1]);
-            if costs.len() == ways.len() {
-                ways.iter_mut().zip(costs).for_each(|(way, cost)| way.costs.push(cost));
+            if ends.len() == ways.len() {
+                ways.iter_mut().zip(ends).for_each(|(way, end)| way.ends.push(end));
             }
         }
         // Stable: of equals the one that was worth more beforehand stays first.
         ways.sort_by(|a, b| a.expected().total_cmp(&b.expected()));
-        let sure = ways.first().is_some_and(|w| w.expected() <= w.pushes.len() as f64 + 1.0);
+        // More worlds do not dispel the doubt about grasps that hold.
+        let sure = ways.first().is_some_and(|w| w.expected() - w.mean(End::doubt) <= w.pushes.len() as f64 + 1.0);
         from = to;
         if sure && from >= ROUNDS[0].0 + ROUNDS[1].0 {
             break;
