@@ -170,6 +170,30 @@ fn a_failed_self_test_and_a_refused_graph_have_their_own_faults() {
     assert_eq!(quiet.info().warnings.len(), 1);
 }
 
+/// An attention that masks absent bodies gives NaN where there is none, as in the items that fill a call up.
+#[test]
+fn what_a_network_says_of_items_without_bodies_matters_to_those_who_ask_only() {
+    if !runs() {
+        return;
+    }
+    // A mean over the bodies that are there, with 0 in the place of what keeps it from dividing by zero.
+    let mut content = bytes("dipn_none");
+    let least = 1e-6f32.to_le_bytes();
+    let at: Vec<usize> = (0..content.len() - 3).filter(|&k| content[k..k + 4] == least).collect();
+    let [at] = at[..] else { panic!("{at:?}") };
+    content[at..at + 4].fill(0);
+    let model = Model::from_bytes("x.onnx", content, Some(Kind::Dipn), &LoadOptions::default()).unwrap();
+    let [outline, centre, body, push] = [2 * 64, 2 * 2, 2 * 4, 4].map(|n| vec![0.1; n]);
+    let run = |present: f32| {
+        let mut outputs = vec![Vec::new()];
+        let inputs: [&[f32]; 6] = [&outline, &centre, &body, &push, &[], &[present; 2]];
+        model.run(1, 2, &inputs, &mut outputs).map(|()| outputs.remove(0))
+    };
+    assert!(run(1.0).unwrap().iter().all(|v| v.is_finite()));
+    let error = run(0.0).unwrap_err();
+    assert!(fault(&error) == ModelFault::Run && error.to_string().contains("finite numbers; found NaN as"), "{error}");
+}
+
 #[test]
 fn a_self_test_looks_at_the_values_at_its_positions_for_inputs_as_they_occur() {
     if !runs() {

@@ -344,7 +344,10 @@ impl Model {
                 let text = |shape: &[i64]| format!("`{}` of shape {shape:?}", spec.name);
                 return Err(Error::model(&self.info().path, ModelFault::Run, text(&wanted), text(&shape)));
             }
-            output.extend_from_slice(&values[..count * self.stride(spec, objects)]);
+            // What fills the call up has no bodies: nobody asked what such an item does.
+            let values = &values[..count * self.stride(spec, objects)];
+            self.check_finite(spec, values)?;
+            output.extend_from_slice(values);
         }
         Ok(())
     }
@@ -361,7 +364,17 @@ impl Model {
         let mut worker = self.worker()?;
         let results = self.run_session(&mut worker.session, tensors, stop);
         self.give_back(worker);
-        results
+        let results = results?;
+        for (spec, (_, values)) in self.info().interface.outputs.iter().zip(&results) {
+            self.check_finite(spec, values)?;
+        }
+        Ok(results)
+    }
+
+    fn check_finite(&self, spec: &TensorSpec, values: &[f32]) -> Result<()> {
+        let Some(at) = values.iter().position(|v| !v.is_finite()) else { return Ok(()) };
+        let found = format!("{} as value {at} of `{}`", values[at], spec.name);
+        Err(Error::model(&self.info().path, ModelFault::Run, "finite numbers", found))
     }
 
     /// One call of the runtime, under watch of a stop or not.
@@ -401,10 +414,6 @@ impl Model {
                 let (shape, data) = value.try_extract_tensor::<f32>().map_err(failed)?;
                 (shape.to_vec(), data.to_vec())
             };
-            if let Some(at) = data.iter().position(|v| !v.is_finite()) {
-                let found = format!("{} as value {at} of `{}`", data[at], spec.name);
-                return Err(Error::model(path, ModelFault::Run, "finite numbers", found));
-            }
             results.push((shape, data));
         }
         Ok(results)
