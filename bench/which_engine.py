@@ -584,7 +584,7 @@ ENGINES = {
     "MuJoCo": stepped(MuJoCo),
     "MuJoCo set": stepped(MuJoCo, **GOOD_MUJOCO),
     "Drake": stepped(Drake),
-    "Drake feet": stepped(Drake, contact="feet"),
+    "Drake feet": stepped(Drake, contact="feet", dt=0.00025),
     "Drake patch": stepped(Drake, contact="patch"),
 }
 
@@ -623,9 +623,9 @@ FINER = {
     },
     "Drake": {"0.25 ms": stepped(Drake, dt=0.00025), "sap": stepped(Drake, approximation="sap")},
     "Drake feet": {
-        "2 ms": stepped(Drake, contact="feet", dt=0.002),
-        "0.25 ms": stepped(Drake, contact="feet", dt=0.00025),
-        "sap": stepped(Drake, contact="feet", approximation="sap"),
+        "1 ms": stepped(Drake, contact="feet"),
+        "0.1 ms": stepped(Drake, contact="feet", dt=0.0001),
+        "sap": stepped(Drake, contact="feet", dt=0.00025, approximation="sap"),
     },
     "Drake patch": {
         "2 ms": stepped(Drake, contact="patch", dt=0.002),
