@@ -61,7 +61,7 @@ fn a_bad_line_is_named_with_its_field() {
         (grasp().replacen("\"height\": 0.045", "\"height\": \"tall\"", 1), "bodies[0].height: invalid type"),
         (grasp().replacen("[[-0.0225, -0.0225], [0.0225, -0.0225],", "[", 1), "bodies[0].pieces"),
         (grasp().replace("[0.5, 0, 0], \"prop", "[0.5, 0, 1e9], \"prop"), "grasp: is 1e9"),
-        (push().replace("\"command\": [0.4,", "\"command\": [4e9,"), "command[0]: is 4e9"),
+        (push().replace("\"command\": [0.4,", "\"command\": [4e9,"), "command: is 4e9"),
         (push().replace("\"table\": 1.1", "\"table\": -1"), "friction.table: is -1"),
         (push().replace("[[0.52, 0, 0, 0.0225, 0], ", "["), "after: has 1 poses for 2 bodies"),
         (push().replace("\"command\"", "\"comand\""), "neither `grasp` nor `command`"),
