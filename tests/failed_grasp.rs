@@ -167,7 +167,7 @@ fn where_everything_failed_the_outcome_says_so() {
     };
     assert!(tried > 5);
     assert_eq!(plan.outcome, Outcome::Infeasible);
-    let said = plan.reasons.iter().any(|r| *r == Reason::Failed { grasps: 0, pushes: tried });
+    let said = plan.reasons.contains(&Reason::Failed { grasps: 0, pushes: tried });
     assert!(said, "{tried}: {:?}", plan.reasons);
     planner.reset();
     assert!(!solve(&mut planner, &problem).actions.is_empty());

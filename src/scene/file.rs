@@ -174,12 +174,12 @@ impl<'de> Deserialize<'de> for TargetEntry {
 /// A gripper of the library by name, or all its measures.
 enum GripperEntry {
     Name(String),
-    Full(Gripper),
+    Full(Box<Gripper>),
 }
 
 impl Default for GripperEntry {
     fn default() -> Self {
-        GripperEntry::Full(Gripper::default())
+        GripperEntry::Full(Box::default())
     }
 }
 
@@ -198,7 +198,8 @@ impl<'de> Deserialize<'de> for GripperEntry {
             }
 
             fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> std::result::Result<GripperEntry, A::Error> {
-                Gripper::deserialize(de::value::MapAccessDeserializer::new(map)).map(GripperEntry::Full)
+                Gripper::deserialize(de::value::MapAccessDeserializer::new(map))
+                    .map(|gripper| GripperEntry::Full(Box::new(gripper)))
             }
         }
         deserializer.deserialize_any(Visitor)
@@ -220,7 +221,7 @@ impl SceneFile {
         builder.workspace(self.workspace).friction(self.friction);
         builder.gripper(match std::mem::take(&mut self.gripper) {
             GripperEntry::Name(name) => Gripper::by_name(&name)?,
-            GripperEntry::Full(gripper) => gripper,
+            GripperEntry::Full(gripper) => *gripper,
         });
         if let Some(tolerance) = self.overlap_tolerance {
             builder.overlap_tolerance(tolerance);

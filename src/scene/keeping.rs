@@ -311,14 +311,15 @@ mod tests {
             mass: 0.1,
         };
         assert!(keeping.chance(&good) > 0.9, "{}", keeping.chance(&good));
-        let chance = |change: &dyn Fn(&mut GraspFeatures, f64), x: f64| {
+        type Change<'a> = &'a dyn Fn(&mut GraspFeatures, f64);
+        let chance = |change: Change, x: f64| {
             let mut features = good;
             change(&mut features, x);
             keeping.chance(&features)
         };
         // What is never worse for being more: the gap of the fingers, the body's height and mass, how far it reaches past, the
         // face on the pads; and for being less: the turn.
-        let changes: [(&dyn Fn(&mut GraspFeatures, f64), f64, f64); 6] = [
+        let changes: [(Change, f64, f64); 6] = [
             (&|f, x| f.clearance = x, -0.006, 0.02),
             (&|f, x| f.height = x, 0.02, 0.08),
             (&|f, x| f.mass = x, 0.02, 0.3),
