@@ -261,7 +261,12 @@ fn budgets_are_kept() {
             assert!(!plan.actions.is_empty());
         }
         let options = PlannerOptions { budget: Budget::seconds(0.05), ..options.clone() };
-        check(&options, &problem, &solve(&options, &problem));
+        let plan = solve(&options, &problem);
+        // On a machine that is busy with other things the limit may come before any push was tried: then the plan's is not
+        // predicted.
+        if plan.statistics.simulations > 0 {
+            check(&options, &problem, &plan);
+        }
         let bytes = 1_000_000;
         let budget = Budget { bytes: Some(bytes), ..Budget::iterations(5000) };
         let options = PlannerOptions { budget, ..options.clone() };
