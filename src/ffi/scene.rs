@@ -249,10 +249,12 @@ impl Content {
                 .map_err(|e| Failure::from(Error::Internal(format!("goals cannot be written: {e}"))))?;
             goals.iter().for_each(|&byte| mix(byte));
         }
-        for pose in &self.poses {
+        let stored = State::new(self.poses.iter().copied());
+        for pose in (0..self.poses.len()).map(|body| stored.pose(body)) {
+            // As states and files hold them: in single precision, headings within half a turn.
             for value in [pose.x, pose.y, pose.theta] {
-                // States and files hold single precision. Adding zero makes one of the two zeros.
-                f64::from(value as f32 + 0.0).to_bits().to_le_bytes().iter().for_each(|&byte| mix(byte));
+                // Adding zero makes one of the two zeros.
+                (value + 0.0).to_bits().to_le_bytes().iter().for_each(|&byte| mix(byte));
             }
         }
         Ok(h)

@@ -73,6 +73,9 @@ impl std::fmt::Debug for Planner {
 
 /// Most first actions that a plan lists.
 const CONSIDERED: usize = 16;
+/// Where grasps failed and scores are chances of keeping, what is asked of others falls with what the body still has, to no
+/// less than this share of what is asked usually: then it is pushed.
+const LEAST_WHERE_FAILED: f64 = 0.5;
 /// An observed pose this near the predicted one is the same (metres, for the published gripper; radians): the tree below
 /// is used on.
 const SAME: (f64, f64) = (1e-4, 1e-3);
@@ -196,7 +199,7 @@ impl Planner {
         match action {
             Action::Grasp(grasp) => match (&self.seen, &self.domain) {
                 (Some((seen, _)), Some(domain))
-                    if grasp.body == seen.target && domain.scorer.avoiding(&[]).is_some() =>
+                    if grasp.body < seen.scene.len() && domain.scorer.avoiding(&[]).is_some() =>
                 {
                     self.failed_grasps.push(FailedGrasp::new(grasp, &seen.state));
                 }
@@ -268,8 +271,17 @@ impl Planner {
             let after: Vec<FailedGrasp> = self.failed_grasps.iter().map(|grasp| grasp.halved()).collect();
             self.avoids = !after.is_empty();
             if let Some(later) = present.avoiding(&after) {
+                let usual = later.avoiding(&[]);
                 let asked = |scorer: &dyn Scorer| thresholds(&self.options, &self.recipe, scorer, problem);
-                (domain.grasp, domain.reward) = (asked(present.as_ref()).0, asked(later.as_ref()).1);
+                let (grasp, reward) = asked(usual.as_deref().unwrap_or(later.as_ref()));
+                let least = |threshold: f64, usual: f64| threshold.max(LEAST_WHERE_FAILED * usual).min(usual);
+                let now = asked(present.as_ref()).0;
+                domain.grasp = GraspDecision {
+                    execute_score: least(now.execute_score, grasp.execute_score),
+                    solved_score: least(now.solved_score, grasp.solved_score),
+                };
+                let solved_score = least(asked(later.as_ref()).1.solved_score, reward.solved_score);
+                domain.reward = Reward { solved_score, ..reward };
                 (domain.scorer, domain.present) = (later, Some(present));
             }
         }
@@ -337,16 +349,28 @@ impl Planner {
         Ok(plan)
     }
 
-    /// What failed holds where the problem's target is that of the last decision, seen anew; else it is forgotten.
+    /// What failed holds for the bodies of the last decision that are there, also for another target or seen anew.
     fn know_again(&mut self, problem: &Problem) {
         let Some((before, moved)) = &self.seen else { return };
         let (was, is) = ((&*before.scene, &before.state), (&*problem.scene, &problem.state));
-        if seen_before(was, is, problem.target, *moved) != Some(before.target) {
-            self.forget();
+        if before.scene == problem.scene {
+            if before.target != problem.target {
+                self.demand = 0.0;
+            }
             return;
         }
-        let (was, is) = (before.state.pose(before.target), problem.state.pose(problem.target));
-        self.failed_grasps.iter_mut().for_each(|grasp| *grasp = grasp.seen_anew(problem.target, &was, &is));
+        let known: Vec<_> = (0..problem.scene.len()).map(|body| seen_before(was, is, body, *moved)).collect();
+        if known.get(problem.target) != Some(&Some(before.target)) {
+            self.demand = 0.0;
+        }
+        if known.iter().all(Option::is_none) {
+            self.failed.clear();
+        }
+        let anew = |grasp: &FailedGrasp| {
+            let body = known.iter().position(|before| *before == Some(grasp.body))?;
+            Some(grasp.seen_anew(body, &was.1.pose(grasp.body), &is.1.pose(body)))
+        };
+        self.failed_grasps = self.failed_grasps.iter().filter_map(anew).collect();
     }
 
     /// Reads the plan out of the tree, or takes the one that was confirmed.
@@ -402,11 +426,15 @@ impl Planner {
         let proposed = self.tree.root_children().count() as u64;
         // A push that the engine could not solve may be of use: that nothing can be done is not shown then.
         let unsolved = self.domain.as_ref().is_some_and(|domain| domain.unsolved.load(Ordering::Relaxed));
-        let mut shown = if nothing && !unsolved { vec![Reason::NoLegalPush { proposed }] } else { Vec::new() };
-        if !shown.is_empty() {
+        let mut shown = Vec::new();
+        if nothing && !unsolved {
+            // Where nothing was proposed because it had failed, that is the reason.
+            let none = proposed > 0 || self.failed.count() == 0;
+            shown.extend(none.then_some(Reason::NoLegalPush { proposed }));
             let usual = self.domain.as_ref().map_or(self.options.grasp, |domain| domain.grasp).solved_score;
             let bar = u64::from(self.demand > usual);
-            let grasps = self.failed_grasps.len() as u64 + bar;
+            let target = self.domain.as_ref().map_or(0, |domain| domain.target);
+            let grasps = self.failed_grasps.iter().filter(|grasp| grasp.body == target).count() as u64 + bar;
             shown.extend(Reason::failed(grasps, self.failed.count()));
         }
         let tried = Reason::TriedAll { actions: self.recipe.search.max_depth };

@@ -119,11 +119,17 @@ impl fmt::Display for Reason {
                 "no body that is left can be grasped as it lies, but for {failed} whose grasps were tried and failed; \
                  push the bodies, or reset the planner to have those grasps offered again"
             ),
-            Reason::Failed { grasps, pushes } => write!(
-                f,
-                "tried here and failed: grasps {grasps}, pushes {pushes}; move the bodies, or reset the planner to \
-                 have them offered again"
-            ),
+            Reason::Failed { grasps, pushes } => {
+                let tried = match (grasps, pushes) {
+                    (grasps, 0) => format!("{grasps} grasps"),
+                    (0, pushes) => format!("{pushes} pushes"),
+                    (grasps, pushes) => format!("{grasps} grasps and {pushes} pushes"),
+                };
+                write!(
+                    f,
+                    "{tried} were tried here and failed; move the bodies, or reset the planner to have them offered again"
+                )
+            }
             Reason::Enclosed { body, by } if by.is_empty() => write!(
                 f,
                 "\"{body}\" can only be dragged, and the workspace leaves it no way to its goal; enlarge the workspace, \

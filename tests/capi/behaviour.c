@@ -147,7 +147,7 @@ static void scenes(jostle_context *context)
     def.pose.p.y = 0.15, def.pose.p.x = 0.5;
     def.shape = JOSTLE_SHAPE_DISC, def.radius = 0.02;
     MUST(jostle_scene_add_body(scene, &def, &found));
-    def.shape = JOSTLE_SHAPE_BLOCK, def.block = "concave", def.pose.p.y = -0.15;
+    def.shape = JOSTLE_SHAPE_BLOCK, def.block = "concave", def.pose.p.y = -0.15, def.pose.theta = 7.0;
     MUST(jostle_scene_add_body(scene, &def, &found));
     MUST(jostle_scene_check(scene));
 
