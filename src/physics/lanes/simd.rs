@@ -209,6 +209,7 @@ macro_rules! twice {
         }
     };
 }
+#[cfg(target_arch = "x86_64")]
 pub(super) use twice;
 
 /// Plain arrays.
