@@ -322,6 +322,10 @@ fn the_same_question_has_the_same_answer_until_something_was_executed() {
         planner.step(&after, 10, &Control::default()).unwrap();
         let again = planner.solve(&after, &Control::default()).unwrap();
         assert_eq!(bits(&again), bits(&kept), "{}", options.planner);
+        let token = CancelToken::new();
+        token.trigger();
+        let cancelled = Control { cancel: vec![token], ..Control::default() };
+        assert_eq!(planner.solve(&after, &cancelled).unwrap().outcome, Outcome::Cancelled, "{}", options.planner);
 
         // A step goes on; the answer stays.
         let mut planner = Planner::new(options.clone()).unwrap();

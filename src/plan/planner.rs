@@ -52,7 +52,7 @@ pub struct Planner {
     /// The pushes of the last plan, and those of them that are left after the first one was executed.
     planned: Vec<Push>,
     rest: Vec<Push>,
-    /// Grasps that failed, on the target; see [`Planner::failed`].
+    /// Grasps that failed, on their bodies; see [`Planner::failed`].
     failed_grasps: Vec<FailedGrasp>,
     /// The domain's scorer believes less in grasps like these.
     avoids: bool,
@@ -73,9 +73,6 @@ impl std::fmt::Debug for Planner {
 
 /// Most first actions that a plan lists.
 const CONSIDERED: usize = 16;
-/// Where grasps failed and scores are chances of keeping, what is asked of others falls with what the body still has, to no
-/// less than this share of what is asked usually: then it is pushed.
-const LEAST_WHERE_FAILED: f64 = 0.5;
 /// An observed pose this near the predicted one is the same (metres, for the published gripper; radians): the tree below
 /// is used on.
 const SAME: (f64, f64) = (1e-4, 1e-3);
@@ -135,7 +132,8 @@ impl Planner {
             budget = Budget { bytes: budget.bytes, ..self.recipe.budget };
         }
         let expected = self.expects(problem);
-        if let Some(answer) = self.answer.as_ref().filter(|_| expected && self.is_ready_for(problem)) {
+        let known = expected && self.is_ready_for(problem) && !control.cancel.iter().any(CancelToken::is_triggered);
+        if let Some(answer) = self.answer.as_ref().filter(|_| known) {
             return Ok(answer.clone());
         }
         let keep = expected && self.kept;
@@ -189,12 +187,12 @@ impl Planner {
     /// Tells the planner that the first action of its last plan was tried and failed: the push was not executed, or the
     /// target was not in the gripper. The tree is forgotten. Grasps of the target score a quarter less, those near
     /// the failed one down to a fifth, and with every push that is executed the loss halves: so another side is tried
-    /// first, then pushes, then the same again. (A scorer that cannot tell one grasp
-    /// from another asks for a better score than the failed one's until the bodies are pushed, and for half of what it
-    /// missed after that.) The same push is not offered again before another was executed.
+    /// first, then pushes, then the same again. (A scorer that cannot tell one grasp from another asks for a better score
+    /// than the failed one's until the bodies are pushed, and for half of what it missed after that.) The same push is not
+    /// offered again before another was executed.
     ///
-    /// This holds for the problem and for one made anew that shows the same target, an outline that differs a little where
-    /// the target may be. [`reset`](Self::reset) ends it.
+    /// This holds while other targets are asked for, and for a scene made anew: a body is known again by an outline that
+    /// differs a little, where the body may be. [`reset`](Self::reset) ends it.
     pub fn failed(&mut self, action: &Action) {
         match action {
             Action::Grasp(grasp) => match (&self.seen, &self.domain) {
@@ -265,25 +263,10 @@ impl Planner {
         let Some(domain) = &mut self.domain else {
             return Ok(Plan::empty(Outcome::Infeasible, &self.options.planner, self.options.seed));
         };
-        if (self.avoids || !self.failed_grasps.is_empty())
-            && let Some(present) = domain.scorer.avoiding(&self.failed_grasps)
-        {
-            let after: Vec<FailedGrasp> = self.failed_grasps.iter().map(|grasp| grasp.halved()).collect();
-            self.avoids = !after.is_empty();
-            if let Some(later) = present.avoiding(&after) {
-                let usual = later.avoiding(&[]);
-                let asked = |scorer: &dyn Scorer| thresholds(&self.options, &self.recipe, scorer, problem);
-                let (grasp, reward) = asked(usual.as_deref().unwrap_or(later.as_ref()));
-                let least = |threshold: f64, usual: f64| threshold.max(LEAST_WHERE_FAILED * usual).min(usual);
-                let now = asked(present.as_ref()).0;
-                domain.grasp = GraspDecision {
-                    execute_score: least(now.execute_score, grasp.execute_score),
-                    solved_score: least(now.solved_score, grasp.solved_score),
-                };
-                let solved_score = least(asked(later.as_ref()).1.solved_score, reward.solved_score);
-                domain.reward = Reward { solved_score, ..reward };
-                (domain.scorer, domain.present) = (later, Some(present));
-            }
+        if self.avoids || !self.failed_grasps.is_empty() {
+            let asked = |scorer: &dyn Scorer| thresholds(&self.options, &self.recipe, scorer, problem);
+            domain.doubt(&self.failed_grasps, &asked);
+            self.avoids = !self.failed_grasps.is_empty();
         }
         domain.demand = self.demand;
         domain.failed.clone_from(&self.failed);
@@ -431,15 +414,20 @@ impl Planner {
             // Where nothing was proposed because it had failed, that is the reason.
             let none = proposed > 0 || self.failed.count() == 0;
             shown.extend(none.then_some(Reason::NoLegalPush { proposed }));
-            let usual = self.domain.as_ref().map_or(self.options.grasp, |domain| domain.grasp).solved_score;
-            let bar = u64::from(self.demand > usual);
-            let target = self.domain.as_ref().map_or(0, |domain| domain.target);
-            let grasps = self.failed_grasps.iter().filter(|grasp| grasp.body == target).count() as u64 + bar;
-            shown.extend(Reason::failed(grasps, self.failed.count()));
+            shown.extend(self.what_failed());
         }
         let tried = Reason::TriedAll { actions: self.recipe.search.max_depth };
         let short = vec![if nothing { Reason::Unsolved } else { tried }];
         Ending { limit, shown, short, ..Ending::default() }
+    }
+
+    /// What is not offered because it failed, of the target's grasps and of all pushes.
+    fn what_failed(&self) -> Option<Reason> {
+        let domain = self.domain.as_ref()?;
+        let grasps = self.failed_grasps.iter().filter(|grasp| grasp.body == domain.target).count() as u64;
+        // A push that was executed leaves the bar at what is asked of a solution.
+        let bar = u64::from(self.demand > domain.grasp.solved_score);
+        Reason::failed(grasps + bar, self.failed.count())
     }
 
     /// The search's own choice, as the model predicts it.

@@ -8,7 +8,7 @@ use super::failures::FailedPushes;
 use super::options::GraspDecision;
 use crate::action::{Push, PushSampler, SamplerScratch};
 use crate::geom::normalize_angle;
-use crate::grasp::{GraspAssessment, Scorer};
+use crate::grasp::{FailedGrasp, GraspAssessment, Scorer};
 use crate::net::{PushValue, PushValueScratch};
 use crate::physics::{PushJob, PushResult, PushStatus, Scratch as EngineScratch, Transition};
 use crate::run::{Key, Stop};
@@ -52,6 +52,10 @@ pub struct Retrieval {
     pub unsolved: AtomicBool,
 }
 
+/// Where grasps failed and what is asked follows the best that a body has, it falls to no less than this share of what is
+/// asked usually: then the body is pushed.
+const LEAST_WHERE_FAILED: f64 = 0.5;
+
 /// However good a grasp was that failed, a simulated state whose grasp scores this much is a solution.
 const GREATEST_DEMAND: f64 = 0.9;
 
@@ -77,6 +81,31 @@ impl Retrieval {
             results: Vec::new(),
             pushes: Vec::new(),
         }
+    }
+
+    /// Believes less in grasps like those that failed: as much less in the present state, and by half once something was
+    /// pushed. `thresholds` says what is asked of a grasp by a scorer. Nothing changes where the scorer cannot tell one
+    /// grasp from another.
+    pub(super) fn doubt(
+        &mut self,
+        failed: &[FailedGrasp],
+        thresholds: &dyn Fn(&dyn Scorer) -> (GraspDecision, Reward),
+    ) {
+        let later: Vec<FailedGrasp> = failed.iter().map(|grasp| grasp.halved()).collect();
+        let avoiding = |failed: &[FailedGrasp]| self.scorer.avoiding(failed);
+        let (Some(usual), Some(present), Some(later)) = (avoiding(&[]), avoiding(failed), avoiding(&later)) else {
+            return;
+        };
+        let (grasp, reward) = thresholds(usual.as_ref());
+        let least = |asked: f64, usual: f64| asked.max(LEAST_WHERE_FAILED * usual).min(usual);
+        let now = thresholds(present.as_ref()).0;
+        self.grasp = GraspDecision {
+            execute_score: least(now.execute_score, grasp.execute_score),
+            solved_score: least(now.solved_score, grasp.solved_score),
+        };
+        let solved_score = least(thresholds(later.as_ref()).1.solved_score, reward.solved_score);
+        self.reward = Reward { solved_score, ..reward };
+        (self.scorer, self.present) = (later, Some(present));
     }
 
     /// What the scorer says of a state; where the stop is requested, nothing that is to be used.

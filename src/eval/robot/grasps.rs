@@ -45,7 +45,7 @@ pub struct GraspReliability {
 /// Holds scores in [0, 1] against what happened. Errors name `scores`.
 pub fn grasp_reliability(scores: &[(f64, bool)], threshold: f64) -> Result<GraspReliability> {
     if let Some((score, _)) = scores.iter().find(|(score, _)| !(0.0..=1.0).contains(score)) {
-        return Err(Error::argument("scores", format!("one is {score}; all must lie in 0..=1")));
+        return Err(Error::argument("scores", format!("one is {score}; all must lie in 0 to 1")));
     }
     let count = scores.len();
     let share = |part: usize| if count == 0 { 0.0 } else { part as f64 / count as f64 };
