@@ -64,8 +64,9 @@ pub struct Interface {
     pub number: u32,
     pub inputs: &'static [TensorSpec],
     pub outputs: &'static [TensorSpec],
-    /// Items that run side by side. Every call of the runtime has exactly so many, so that an item's result does not
-    /// depend on how many there are; what is missing is filled up with zeros.
+    /// Items that run side by side, in scenes of up to 64 bodies; fewer in larger ones. Every call of the runtime has
+    /// exactly so many, so that an item's result does not depend on how many there are; what is missing is filled up with
+    /// zeros.
     pub chunk: usize,
 }
 

@@ -136,6 +136,9 @@ impl Usual {
     }
 }
 
+/// Most pairs of bodies in one call, over its items, where it has more than one: `ppn` holds a node of 3 ms at 32 768.
+const MOST_PAIRS: usize = 32_768;
+
 /// Share by which what is known of the time of calls follows later ones.
 const FORGETS: f64 = 0.05;
 /// Share by which each call that is not made lessens it: a call that was measured at twice its time is tried after 140.
@@ -278,8 +281,9 @@ impl Model {
         }
         let mut worker = self.worker()?;
         let mut done = Ok(());
-        for first in (0..items).step_by(interface.chunk) {
-            let count = interface.chunk.min(items - first);
+        let chunk = self.chunk(objects);
+        for first in (0..items).step_by(chunk) {
+            let count = chunk.min(items - first);
             let usual = worker.usual.seconds(self.counted(objects));
             if usual.map_or_else(|| stop.requested(), |seconds| stop.leaves_less_than(seconds * SPARE)) {
                 worker.usual.refuse();
@@ -309,7 +313,7 @@ impl Model {
         stop: &Stop,
     ) -> Result<()> {
         let interface = self.info().interface;
-        let chunk = interface.chunk;
+        let chunk = self.chunk(objects);
         worker.filled.resize_with(inputs.len(), Vec::new);
         let mut tensors: Vec<(&'static str, Vec<i64>, &[f32])> = Vec::with_capacity(inputs.len());
         for ((spec, input), filled) in interface.inputs.iter().zip(inputs).zip(&mut worker.filled) {
@@ -419,6 +423,22 @@ impl Model {
         Ok(results)
     }
 
+    /// Items of one call of the runtime: fewer in large scenes, as a call ends at a limit or a cancel between two nodes, and
+    /// a node's work grows with the square of the bodies.
+    fn chunk(&self, objects: usize) -> usize {
+        let most = self.info().interface.chunk;
+        if self.shared.runtime.info().backend == Backend::Tract {
+            // Loaded for this many.
+            return most;
+        }
+        let pairs = self.counted(objects).pow(2);
+        let mut chunk = most;
+        while chunk > 1 && chunk * pairs > MOST_PAIRS {
+            chunk = chunk.div_ceil(2);
+        }
+        chunk
+    }
+
     /// The bodies that the time of a call depends on.
     fn counted(&self, objects: usize) -> usize {
         let by_object = self.info().interface.inputs.iter().any(|spec| spec.axes.contains(&Axis::Objects));
@@ -438,7 +458,7 @@ impl Model {
     fn extent(&self, axis: Axis, objects: usize) -> usize {
         let side = self.info().side.unwrap_or(0);
         match axis {
-            Axis::Batch => self.info().interface.chunk,
+            Axis::Batch => self.chunk(objects),
             Axis::Objects => objects,
             Axis::Fixed(n) => n,
             Axis::Side | Axis::Free => side,
