@@ -108,6 +108,8 @@ bounds! {
     ROTATION_TOLERANCE = "a goal's tolerance of heading", 0.0, std::f64::consts::TAU, "rad", "there is no more than a turn";
     SYMMETRY = "a goal's symmetry", 0.0, 64.0, "", "a shape that turns into itself more often is a disc: 0";
     PUSH_LENGTH = "the travel of a push", 1e-4, 1.0, "m", "from a nudge by the smallest gripper to an arm's reach";
+    TIP_HEIGHT = "a height of the tip", 0.0, 10.0, "m", "it is above the table and in the arm's reach";
+    SHORTFALL = "a shortfall of the tip", 0.0, 1.0, "m", "an arm that lifts earlier pushes nothing";
     PIXEL = "the side of a pixel", 1e-5, 1.0, "m", "what is seen is a table";
 }
 

@@ -9,18 +9,36 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::metrics::Effect;
+use super::robot::{Held, RobotHand, shove};
 use crate::action::{Action, Grasp, Push};
 use crate::error::{Error, Result, check_range};
+use crate::geom::Pose2;
 use crate::grasp::Jaw;
 use crate::physics::{self, GraspStatus, PhysicsOptions, PushStatus, Scratch, Transition};
 use crate::run::{Key, Stop};
-use crate::scene::{Clearing, Gripper, Keeping, Problem, Scene, State, Uncertainty};
+use crate::scene::{Clearing, Gripper, Keeping, Problem, Scene, State, TipPath, Uncertainty};
+
+/// What executes actions in a judge's world.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Executor {
+    /// A free tip goes straight where it is sent, or as the gripper's path says; the engine's trial of a grasp, or where it has
+    /// none geometry, says what is taken.
+    #[default]
+    Engine,
+    /// The recorded robot (docs/robot.md): its tip goes as [`TipPath::ur5e`] says, or the gripper's own path, and its hand
+    /// keeps, shoves and loses bodies by the chance that [`Keeping::robotiq_2f85`], or the gripper's own model, gives at
+    /// the true poses.
+    Robot,
+}
 
 /// How the judge's world differs from the planner's model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct JudgeOptions {
     pub physics: PhysicsOptions,
+    /// What executes actions in it.
+    pub executor: Executor,
     /// The friction of the tip and of every body is scaled by factors drawn uniformly from 1 - this to 1 + this.
     pub friction_spread: f64,
     /// Standard deviation of each observed coordinate, metres.
@@ -34,6 +52,7 @@ impl Default for JudgeOptions {
     fn default() -> Self {
         Self {
             physics: PhysicsOptions::preset("fine"),
+            executor: Executor::Engine,
             friction_spread: 0.2,
             noise_position_m: 0.001,
             noise_rotation_rad: 1f64.to_radians(),
@@ -45,7 +64,8 @@ impl Default for JudgeOptions {
 impl JudgeOptions {
     /// No noise and no spread: the planner's model, if the engine is the same.
     pub fn exact(physics: PhysicsOptions) -> Self {
-        Self { physics, friction_spread: 0.0, noise_position_m: 0.0, noise_rotation_rad: 0.0, seed: 0 }
+        let executor = Executor::Engine;
+        Self { physics, executor, friction_spread: 0.0, noise_position_m: 0.0, noise_rotation_rad: 0.0, seed: 0 }
     }
 
     /// How the world differs from what the planner knows of it.
@@ -75,6 +95,8 @@ pub struct Judge {
     jaw: Jaw,
     /// Of the same measures, with the chance that it keeps what it grasps.
     hand: Jaw,
+    /// Which executes grasps, where the robot does.
+    robot: Option<RobotHand>,
     name: String,
     /// The body to be retrieved; where there is none, any pickable body may be taken.
     target: Option<usize>,
@@ -129,7 +151,12 @@ impl Judge {
         let name_hash =
             name.bytes().fold(0xcbf2_9ce4_8422_2325u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
         let key = Key::new(options.seed).child(name_hash).child(trial);
-        let scene = options.uncertainty().scene(nominal, key.child(0));
+        let mut scene = options.uncertainty().scene(nominal, key.child(0));
+        let gripper = scene.gripper().clone();
+        if options.executor == Executor::Robot && gripper.path.is_none() {
+            let path = Some(TipPath::ur5e().scaled(gripper.scale()));
+            scene = scene.with_gripper(Gripper { path, ..gripper })?;
+        }
         let engine = engine(Arc::new(scene))?;
         Ok(Judge {
             options: options.clone(),
@@ -137,7 +164,8 @@ impl Judge {
             scratch: engine.scratch(),
             engine,
             jaw: Jaw::new(nominal)?,
-            hand: hand(nominal)?,
+            hand: hand(nominal, options.executor)?,
+            robot: (options.executor == Executor::Robot).then(|| RobotHand::new(key.child(2))),
             name: name.to_owned(),
             target,
             truth: state.clone(),
@@ -219,6 +247,9 @@ impl Judge {
     /// The grasp was planned for observed poses. An engine that executes grasps says what was lifted, and only the target
     /// alone counts, or where there is none the body that the grasp was for; in any other the grasp holds if the geometric test passes for it at the true poses.
     fn grasp(&mut self, grasp: &Grasp, stop: &Stop) -> Option<Effect> {
+        if self.robot.is_some() {
+            return Some(self.grasp_by_robot(grasp));
+        }
         let Some(result) = self.engine.grasp(&mut self.scratch, &self.truth, grasp, stop) else {
             if !self.wanted(grasp.body) || !self.jaw.holds(&self.truth, grasp) {
                 return Some(Effect::Missed);
@@ -240,13 +271,37 @@ impl Judge {
 }
 
 /// The scene's jaw as a hand that may lose what it grasps.
-fn hand(scene: &Scene) -> Result<Jaw> {
+fn hand(scene: &Scene, executor: Executor) -> Result<Jaw> {
     let gripper = scene.gripper();
-    let keeping = Some(Keeping::robotiq_2f85().scaled(gripper.scale()));
+    let own = gripper.keeping.clone().filter(|_| executor == Executor::Robot);
+    let keeping = Some(own.unwrap_or_else(|| Keeping::robotiq_2f85().scaled(gripper.scale())));
     Jaw::new(&scene.with_gripper(Gripper { keeping, ..gripper.clone() })?)
 }
 
 impl Judge {
+    /// The robot's hand knows nothing of what the fingers do to other bodies; a body that it shoves stays on the table.
+    fn grasp_by_robot(&mut self, grasp: &Grasp) -> Effect {
+        let body = grasp.body;
+        let chance = if self.wanted(body) { self.hand.chance_if_tried(&self.truth, grasp) } else { 0.0 };
+        let Some(robot) = &mut self.robot else { return Effect::Missed };
+        match robot.attempt(body, chance) {
+            Held::Kept => {
+                self.truth.set_present(body, false);
+                return Effect::Grasped;
+            }
+            _ if !self.truth.is_present(body) => {}
+            Held::Slipped(motion) => {
+                let motion = motion.scaled(self.nominal.gripper().scale());
+                shove(&self.nominal, &mut self.truth, body, &motion);
+            }
+            Held::Lost(motion) => {
+                let (pose, motion) = (self.truth.pose(body), motion.scaled(self.nominal.gripper().scale()));
+                self.truth.set_pose(body, Pose2::new(pose.x + motion.x, pose.y + motion.y, pose.theta + motion.theta));
+            }
+        }
+        Effect::Missed
+    }
+
     /// The body may be taken.
     fn wanted(&self, body: usize) -> bool {
         match self.target {
@@ -260,7 +315,7 @@ impl Judge {
 mod tests {
     use super::super::testing::{Claw, Slide, row, squeeze};
     use super::*;
-    use crate::geom::{Pose2, vec2};
+    use crate::geom::vec2;
     use crate::physics::GraspResult;
     use crate::scene::Mask;
 

@@ -26,7 +26,8 @@ pub enum Effect {
     Blocked,
     /// The target is out of the clutter.
     Grasped,
-    /// The grasp does not hold at the true poses; nothing was moved.
+    /// The grasp does not hold at the true poses; nothing was moved, unless the recorded robot executes: it may shove the
+    /// body or lose it on the way.
     Missed,
 }
 

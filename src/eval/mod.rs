@@ -39,7 +39,7 @@ pub use closed_loop::{ClosedLoopOptions, DEFAULT_MAX_ACTIONS, Event, Policy, run
 pub use crosscheck::{Crosscheck, CrosscheckRow, crosscheck};
 pub use fidelity::{Against, AllAgreement, Fidelity, MOVED_POSITION, MOVED_ROTATION, MovedAgreement, compare};
 pub use folder::{Problems, Refused};
-pub use judge::{Judge, JudgeOptions};
+pub use judge::{Executor, Judge, JudgeOptions};
 pub use metrics::{CaseReport, Decision, Effect, Mean, Spread, Total, Trial, TrialEnd};
 pub use rearrange::{
     REARRANGE_MAX_ACTIONS, RearrangeCase, RearrangeEnd, RearrangeReport, RearrangeTrial, RearrangeTrials,

@@ -145,6 +145,7 @@ pub unsafe extern "C" fn jostle_scene_set_gripper(
                 max_wedge: g.max_wedge,
             },
             keeping: None,
+            path: content.gripper.path.clone(),
         };
         new.keeping = keeping_of(g.grasp_score, &new, content.gripper.keeping.as_ref())?;
         new.validate().map_err(|error| {

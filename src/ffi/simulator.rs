@@ -15,7 +15,7 @@ use super::log::Log;
 use super::scene::{Bodies, Scene, jostle_scene};
 use super::status::{Failure, Outcome, jostle_status};
 use crate::error::Error;
-use crate::eval::{Effect, Judge, JudgeOptions};
+use crate::eval::{Effect, Executor, Judge, JudgeOptions};
 use crate::physics::{PhysicsOptions, Purpose};
 use crate::run::{Budget, Stop};
 
@@ -30,7 +30,8 @@ pub const JOSTLE_EFFECT_PUSHED: jostle_effect = 1;
 pub const JOSTLE_EFFECT_BLOCKED: jostle_effect = 2;
 /// The target, or in a world without one the body of the grasp, was grasped and taken away.
 pub const JOSTLE_EFFECT_GRASPED: jostle_effect = 3;
-/// The grasp does not hold where the bodies really are, or is not one of the target; nothing changed.
+/// The grasp does not hold where the bodies really are, or is not one of the target; nothing changed, or with
+/// JOSTLE_EXECUTOR_ROBOT the body was shoved or lost: look before you go on.
 pub const JOSTLE_EFFECT_MISSED: jostle_effect = 4;
 
 /// The action was not finished: its limit was reached, or it was cancelled. Nothing changed.
@@ -39,14 +40,24 @@ pub const JOSTLE_EFFECT_INTERRUPTED: jostle_effect = 5;
 /// you go on. "prism" ends the push where that happens, with the tip short of its end.
 pub const JOSTLE_EFFECT_TOPPLED: jostle_effect = 6;
 
+/// What executes actions in a simulator's world: one of the JOSTLE_EXECUTOR_ values.
+pub type jostle_executor = u32;
+/// The tip goes straight where it is sent, or as the gripper's tip path says; the engine's trial of a grasp, or where it has
+/// none geometry, says what is taken.
+pub const JOSTLE_EXECUTOR_ENGINE: jostle_executor = 0;
+/// The recorded robot, a UR5e with a 2F-85 (docs/robot.md): its tip sinks and lifts on the way, and its hand keeps, shoves
+/// and loses bodies by the chance fitted to recorded grasps, or by the gripper's own. Needs an engine that follows tip
+/// paths: "planar", "prism" or "bullet".
+pub const JOSTLE_EXECUTOR_ROBOT: jostle_executor = 1;
+
 /// How the world differs from the planner's model: not at all by default, but for the finer preset.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct jostle_simulator_options {
     /// Set by jostle_simulator_options_default().
     pub struct_size: u32,
-    /// 0.
-    pub reserved: u32,
+    /// What executes actions: one of the JOSTLE_EXECUTOR_ values.
+    pub executor: jostle_executor,
     /// Engine: "rapier", "planar", "prism" or "bullet"; null (the default) for "rapier".
     pub engine: *const c_char,
     /// The engine's preset, "fine" among others; null (the default) for the one that suits judging.
@@ -69,7 +80,7 @@ unsafe impl Sized32 for jostle_simulator_options {
     fn defaults() -> Self {
         jostle_simulator_options {
             struct_size: size_of::<Self>() as u32,
-            reserved: 0,
+            executor: JOSTLE_EXECUTOR_ENGINE,
             engine: std::ptr::null(),
             preset: std::ptr::null(),
             seed: 0,
@@ -206,10 +217,19 @@ pub unsafe extern "C" fn jostle_simulator_new(
             }
         }
         let physics = PhysicsOptions::named(engine.unwrap_or("rapier"), preset, Purpose::Judging).map_err(c_field)?;
+        let executor = match o.executor {
+            JOSTLE_EXECUTOR_ENGINE => Executor::Engine,
+            JOSTLE_EXECUTOR_ROBOT => Executor::Robot,
+            other => {
+                let reason = format!("is {other}; it must be a JOSTLE_EXECUTOR_ value");
+                return Err(Failure::argument("options.executor", reason));
+            }
+        };
         let scene = call.open::<Scene>(scene, "scene")?;
         let content = guard::read(&scene.content, "scene")?;
         let options = JudgeOptions {
             physics,
+            executor,
             friction_spread: o.friction_spread,
             noise_position_m: o.position_noise,
             noise_rotation_rad: o.angle_noise,

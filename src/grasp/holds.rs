@@ -36,4 +36,10 @@ impl Jaw {
         let check = self.test.check(&self.scene, state, grasp, &mut self.scratch);
         if check.holds() { check.chance.unwrap_or(1.0) } else { 0.0 }
     }
+
+    /// The chance that the target is kept, also where the rule of what is allowed forbids the grasp: 0 where the jaw would
+    /// not touch it, or for a gripper without a model of that.
+    pub fn chance_if_tried(&mut self, state: &State, grasp: &Grasp) -> f64 {
+        self.test.check(&self.scene, state, grasp, &mut self.scratch).chance.unwrap_or(0.0)
+    }
 }

@@ -19,7 +19,7 @@ pub struct Approach {
     pub landing_tolerance: f64,
     /// Bodies are felt from this far, metres.
     pub border: f64,
-    /// The tip passes over bodies that are lower than this, metres.
+    /// The tip passes over bodies that are lower than this, metres, where the robot has no path of its own for it.
     pub tip_low: f64,
     /// Bodies are not to end in others by their outlines.
     pub flat: bool,
@@ -83,10 +83,13 @@ impl Approach {
 
     fn tip_ends_in_a_body(&self, scene: &Scene, job: &PushJob<'_>, after: &State) -> bool {
         let start = job.push.tip_at_start(&scene.gripper().push);
-        let tip = Obb { centre: start.centre + job.push.direction() * job.push.length(), ..start };
+        let length = job.push.length();
+        let tip = Obb { centre: start.centre + job.push.direction() * length, ..start };
+        let path = scene.gripper().path.as_ref();
+        let low = path.map_or(self.tip_low, |path| path.height(&path.stroke(job.push.start(), job.push.end()), length));
         after.iter().any(|(i, pose)| {
             let body = scene.body(i);
-            body.height > self.tip_low && tip.gap_below(&body.footprint, &pose, 0.0) < -DEEPEST
+            body.height > low && tip.gap_below(&body.footprint, &pose, 0.0) < -DEEPEST
         })
     }
 

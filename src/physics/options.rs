@@ -62,6 +62,9 @@ pub const ENGINES: [EngineInfo; 5] = [
     },
 ];
 
+/// The engines that simulate [`crate::scene::Gripper::path`].
+const FOLLOW_PATHS: [&str; 3] = ["planar", "prism", "bullet"];
+
 /// Every constant of an engine, for settings that no preset has.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -254,12 +257,25 @@ pub fn engine_with(
     network: Option<&Arc<dyn MotionModel>>,
 ) -> Result<Arc<dyn Transition>> {
     scene.check_simulated()?;
+    check_path(options, &scene)?;
     let scale = scene.gripper().scale();
     if scale == 1.0 {
         return at_size(options, scene, network);
     }
     let inner = at_size(options, Arc::new(scene.scaled(1.0 / scale)), network)?;
     Ok(Arc::new(Scaled::new(scene, inner, scale)))
+}
+
+/// Refuses a robot whose tip has a path where the engine would not follow it.
+fn check_path(options: &PhysicsOptions, scene: &Scene) -> Result<()> {
+    if scene.gripper().path.is_none() || FOLLOW_PATHS.contains(&options.engine.as_str()) {
+        return Ok(());
+    }
+    Err(Error::Unsupported(format!(
+        "physics.engine: `{}` cannot follow the path of the tip that `gripper.path` has; {} can, or leave the path out",
+        options.engine,
+        FOLLOW_PATHS.join(", ")
+    )))
 }
 
 /// The engine with its constants as they are.

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::keeping::Keeping;
+use super::tip_path::TipPath;
 use crate::bounds;
 use crate::error::{Error, Result, check_range};
 
@@ -54,6 +55,10 @@ pub struct Gripper {
     /// alone scores them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub keeping: Option<Keeping>,
+    /// How the robot moves the tip when it is told to push. None: straight from the commanded start to the commanded
+    /// end, at the height that the engine has.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub path: Option<TipPath>,
 }
 
 impl Default for PushTip {
@@ -88,7 +93,8 @@ impl Default for Gripper {
 impl Gripper {
     /// The Robotiq 2F-85 as the originals simulate it: opening 80.7 mm, fingers 15 mm thick and 22 mm wide.
     pub fn robotiq_2f85() -> Self {
-        Self { name: "robotiq_2f85".into(), push: PushTip::default(), grasp: Grasper::default(), keeping: None }
+        let (push, grasp) = (PushTip::default(), Grasper::default());
+        Self { name: "robotiq_2f85".into(), push, grasp, keeping: None, path: None }
     }
 
     /// The same, whose grasps are scored by the chance that it keeps the body ([`Keeping::robotiq_2f85`]).
@@ -103,17 +109,26 @@ impl Gripper {
             push: PushTip::default(),
             grasp: Grasper { opening: 0.070, finger_thickness: 0.0275, ..Grasper::default() },
             keeping: None,
+            path: None,
         }
     }
 
+    /// The same on the arm of the recordings: [`Gripper::robotiq_2f85_kept`] whose tip goes as a UR5e moves it
+    /// ([`TipPath::ur5e`]), its base in the origin.
+    pub fn robotiq_2f85_ur5e() -> Self {
+        Self { name: "robotiq_2f85_ur5e".into(), path: Some(TipPath::ur5e()), ..Self::robotiq_2f85_kept() }
+    }
+
     /// The names that [`Gripper::by_name`] knows.
-    pub const NAMES: [&'static str; 3] = ["robotiq_2f85", "robotiq_2f85_kept", "dissertation_mask"];
+    pub const NAMES: [&'static str; 4] =
+        ["robotiq_2f85", "robotiq_2f85_kept", "robotiq_2f85_ur5e", "dissertation_mask"];
 
     /// A gripper of the library.
     pub fn by_name(name: &str) -> Result<Self> {
         match name {
             "robotiq_2f85" => Ok(Self::robotiq_2f85()),
             "robotiq_2f85_kept" => Ok(Self::robotiq_2f85_kept()),
+            "robotiq_2f85_ur5e" => Ok(Self::robotiq_2f85_ur5e()),
             "dissertation_mask" => Ok(Self::dissertation_mask()),
             _ => Err(Error::not_found(
                 "gripper",
@@ -146,7 +161,7 @@ impl Gripper {
     /// The same gripper with every length times `factor`.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Gripper {
-        let Gripper { name, push, grasp, keeping } = self;
+        let Gripper { name, push, grasp, keeping, path } = self;
         Gripper {
             name: name.clone(),
             push: PushTip {
@@ -165,6 +180,7 @@ impl Gripper {
                 max_wedge: grasp.max_wedge,
             },
             keeping: keeping.as_ref().map(|keeping| keeping.scaled(factor)),
+            path: path.as_ref().map(|path| path.scaled(factor)),
         }
     }
 
@@ -185,7 +201,9 @@ impl Gripper {
         if 2.0 * g.fit >= g.opening {
             return Err(Error::argument("gripper.grasp.fit", "leaves no room for an object within the opening"));
         }
-        self.keeping.as_ref().map_or(Ok(()), |keeping| keeping.validate().map_err(|error| error.within("gripper")))
+        let within = |error: Error| error.within("gripper");
+        self.keeping.as_ref().map_or(Ok(()), |keeping| keeping.validate().map_err(within))?;
+        self.path.as_ref().map_or(Ok(()), |path| path.validate().map_err(within))
     }
 }
 

@@ -6,20 +6,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::table::{MAX_VALUE, Table};
 use crate::bounds;
 use crate::error::{Error, Result, check_range};
-
-/// Most points of a table.
-const MAX_POINTS: usize = 64;
-/// No share of the log odds is farther from 0 than this.
-const MAX_ODDS: f64 = 50.0;
-
-/// A function of one number, by its points `[x, value]`: straight between them, level beyond.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(transparent)]
-pub struct Table {
-    pub points: Vec<[f64; 2]>,
-}
 
 /// What a grasp is known by, in the frame of the jaw: x along the closing direction, y along the pads. Metres, radians,
 /// kilograms.
@@ -63,64 +52,6 @@ pub struct Keeping {
     /// Of how far the closed pads reach down the target, by `descent`, `pads`, width and height.
     pub depth: Table,
     pub mass: Table,
-}
-
-impl Table {
-    /// Points with rising x.
-    pub fn new(points: &[[f64; 2]]) -> Table {
-        Table { points: points.to_vec() }
-    }
-
-    /// The value at `x`.
-    pub fn at(&self, x: f64) -> f64 {
-        let (below, share) = self.place(x);
-        match (self.points.get(below), self.points.get(below + 1)) {
-            (Some(a), Some(b)) => a[1] + (b[1] - a[1]) * share,
-            (Some(end), None) => end[1],
-            (None, _) => 0.0,
-        }
-    }
-
-    /// Where `x` lies: the index of a point, and the share of the way from there to the next, in [0, 1).
-    pub fn place(&self, x: f64) -> (usize, f64) {
-        let points = &self.points;
-        let above = points.partition_point(|p| p[0] <= x);
-        match (above.checked_sub(1), points.get(above)) {
-            (Some(below), Some(b)) => (below, (x - points[below][0]) / (b[0] - points[below][0])),
-            (Some(end), None) => (end, 0.0),
-            (None, _) => (0, 0.0),
-        }
-    }
-
-    /// The last x: beyond it the value does not change.
-    pub fn end(&self) -> f64 {
-        self.points.last().map_or(0.0, |p| p[0])
-    }
-
-    /// The same with x and values multiplied.
-    #[must_use]
-    fn scaled(&self, x: f64, value: f64) -> Table {
-        Table { points: self.points.iter().map(|p| [x * p[0], value * p[1]]).collect() }
-    }
-
-    fn validate(&self, field: &str) -> Result<()> {
-        if !(1..=MAX_POINTS).contains(&self.points.len()) {
-            let reason = format!("has {} points; it must have 1 to {MAX_POINTS}", self.points.len());
-            return Err(Error::argument(field, reason));
-        }
-        for (i, point) in self.points.iter().enumerate() {
-            let field = format!("{field}[{i}]");
-            check_range(&field, point[0], -1e3..=1e3)?;
-            check_range(&field, point[1], -MAX_ODDS..=MAX_ODDS)?;
-        }
-        match self.points.windows(2).position(|w| w[1][0] <= w[0][0]) {
-            Some(i) => {
-                let reason = format!("is not above the point before, {}; x must rise", self.points[i][0]);
-                Err(Error::argument(format!("{field}[{}]", i + 1), reason))
-            }
-            None => Ok(()),
-        }
-    }
 }
 
 impl Keeping {
@@ -238,7 +169,7 @@ impl Keeping {
     /// Checks every number; errors name the field.
     pub fn validate(&self) -> Result<()> {
         bounds::FINGER.check("keeping.descent", self.descent)?;
-        check_range("keeping.bias", self.bias, -MAX_ODDS..=MAX_ODDS)?;
+        check_range("keeping.bias", self.bias, -MAX_VALUE..=MAX_VALUE)?;
         for (name, table) in [
             ("pads", &self.pads),
             ("width", &self.width),
@@ -265,15 +196,6 @@ impl Keeping {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_table_is_straight_between_its_points_and_level_beyond() {
-        let table = Table::new(&[[0.0, 1.0], [1.0, 3.0], [4.0, 0.0]]);
-        for (x, value) in [(-5.0, 1.0), (0.0, 1.0), (0.25, 1.5), (1.0, 3.0), (3.0, 1.0), (4.0, 0.0), (9.0, 0.0)] {
-            assert!((table.at(x) - value).abs() < 1e-12, "{x}: {}", table.at(x));
-        }
-        assert_eq!((Table::new(&[[2.0, 7.0]]).at(-1.0), Table::new(&[[2.0, 7.0]]).at(5.0)), (7.0, 7.0));
-    }
 
     #[test]
     fn a_bad_table_is_named() {

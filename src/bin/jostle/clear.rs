@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::sync::Arc;
 
 use jostle::eval::clutter::{ClutterGenerator, ClutterKind};
-use jostle::eval::{ClearEnd, ClearReport, ClearTrials, JudgeOptions, Refused, clear_suite};
+use jostle::eval::{ClearEnd, ClearReport, ClearTrials, Executor, JudgeOptions, Refused, clear_suite};
 use jostle::physics::PhysicsOptions;
 use jostle::plan::clear::{CLEAR_PLANNERS, ClearOptions, ClearPlanner, ClearRule};
 use jostle::plan::{Control, Plan, PlannerOptions, Variant};
@@ -191,7 +191,7 @@ fn run_text(document: &Document) -> String {
     format!(
         "{table}\n{}: {} cases, {} trials; {} lost a body over the edge, {} at the cap on actions, {} without an action; \
          {} of {} bodies taken by {} grasps and {} pushes, {} of them blocked; of completed trials {} of grasps held, \
-         efficiency {}\n{} {} on {} {}{}{}, {} threads, seed {}, gripper {}; judge {} {}, friction +-{:.0} %, noise {:.1} mm \
+         efficiency {}\n{} {} on {} {}{}{}, {} threads, seed {}, gripper {}; judge {}{} {}, friction +-{:.0} %, noise {:.1} mm \
          {:.1} deg; jostle {}\n",
         report.planner,
         report.cases.len(),
@@ -215,6 +215,7 @@ fn run_text(document: &Document) -> String {
         document.threads,
         document.seed,
         document.gripper,
+        if j.executor == Executor::Robot { "robot in " } else { "" },
         j.physics.engine,
         j.physics.preset,
         j.friction_spread * 100.0,

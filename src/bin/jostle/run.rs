@@ -2,7 +2,9 @@
 
 use std::fmt::Write as _;
 
-use jostle::eval::{ClosedLoopOptions, DEFAULT_MAX_ACTIONS, Event, Report, max_actions, push_travel, run_suite};
+use jostle::eval::{
+    ClosedLoopOptions, DEFAULT_MAX_ACTIONS, Event, Executor, Report, max_actions, push_travel, run_suite,
+};
 use jostle::plan::Control;
 use serde::Serialize;
 
@@ -115,7 +117,7 @@ fn text(report: &Report) -> String {
     let j = &c.judge;
     let _ = writeln!(
         out,
-        "{} on {} {}{confirm}, {budget} a decision, {} threads, seed {}, gripper {}; judge {} {}, friction +-{:.0} %, noise \
+        "{} on {} {}{confirm}, {budget} a decision, {} threads, seed {}, gripper {}; judge {}{} {}, friction +-{:.0} %, noise \
          {:.1} mm {:.1} deg; jostle {}",
         c.planner,
         c.physics.engine,
@@ -123,6 +125,7 @@ fn text(report: &Report) -> String {
         c.threads,
         c.seed,
         c.gripper,
+        if j.executor == Executor::Robot { "robot in " } else { "" },
         j.physics.engine,
         j.physics.preset,
         j.friction_spread * 100.0,

@@ -9,7 +9,7 @@ use crate::error::Result;
 use crate::geom::{Pose2, Vec2, normalize_angle, pieces_gap_below, vec2};
 use crate::physics::transition::Stance;
 use crate::run::Stop;
-use crate::scene::{Mask, Scene, State};
+use crate::scene::{Mask, Scene, State, Stroke, TipPath};
 
 /// Neighbours may be nearer than two margins by this before their cores shrink, metres: rounding of poses.
 const NEAR: f64 = 5e-5;
@@ -25,8 +25,12 @@ pub(super) struct PushWorld<'a> {
     bodies: Vec<usize>,
     start: Vec2,
     direction: Vec2,
+    /// How far the tip has come, metres.
+    travel: f64,
     /// What is left of the push, metres.
     left: f64,
+    /// Of the robot, where it has a path for the tip.
+    stroke: Option<(&'a TipPath, Stroke)>,
     touching: Vec<u8>,
     force: Vec<f64>,
 }
@@ -51,7 +55,9 @@ impl<'a> PushWorld<'a> {
             bodies,
             start: push.start() + push.direction() * travel,
             direction: push.direction(),
+            travel,
             left: push.length() - travel,
+            stroke: engine.scene.gripper().path.as_ref().map(|path| (path, path.stroke(push.start(), push.end()))),
             touching: vec![0; count],
             force: vec![0.0; count],
         })
@@ -72,8 +78,14 @@ impl<'a> PushWorld<'a> {
             if stop.requested() {
                 return Ok(false);
             }
-            let at = self.start + self.direction * (k as f64 * stride).min(self.left);
-            motion.position = [at.x, at.y, (settings.tip_bottom + settings.tip_top) / 2.0];
+            let gone = (k as f64 * stride).min(self.left);
+            let at = self.start + self.direction * gone;
+            let mut z = (settings.tip_bottom + settings.tip_top) / 2.0;
+            if let Some((path, stroke)) = &self.stroke {
+                z += path.height(stroke, self.travel + gone) - settings.tip_bottom;
+                motion.linear[2] = path.slope(stroke, self.travel + gone) * settings.speed;
+            }
+            motion.position = [at.x, at.y, z];
             self.world.move_box(TIP, &motion)?;
             self.world.step()?;
             self.world.contacts(TIP, 0.0, &mut self.touching, &mut self.force)?;

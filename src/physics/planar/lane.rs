@@ -59,6 +59,11 @@ pub struct Lane {
     /// Of a step, metres.
     pub(super) travel: f32,
     steps_left: usize,
+    /// Of the whole push, metres.
+    length: f32,
+    /// By body, the way from which on the tip no longer pushes it. Empty where the robot has no path for the tip: there
+    /// it always does.
+    over: Vec<f32>,
     /// Deepest overlap of two bodies at the beginning of the step, borders included, metres.
     pub(super) overlap: f32,
     /// Deepest overlap of the tip or a body and a body at the beginning of the step, without borders, metres.
@@ -128,6 +133,13 @@ impl Lane {
         self.load(s, shared, job.state);
         let (start, direction, length) = (push.start(), push.direction(), push.length());
         self.direction = [direction.x as f32, direction.y as f32];
+        self.length = length as f32;
+        self.over.clear();
+        if let Some(path) = &shared.model.path {
+            let stroke = path.stroke(push.start(), push.end());
+            let share = shared.settings.tipping_share;
+            self.over.extend(shared.model.heights.iter().map(|top| path.over(&stroke, share * top) as f32));
+        }
         self.place_tip(s, shared, [start.x as f32, start.y as f32]);
         if let Some(body) = self.landed_on(s, shared) {
             result.status = PushStatus::Illegal { body: Some(body) };
@@ -467,7 +479,11 @@ impl Lane {
         let tip_move = [self.direction[0] * step, self.direction[1] * step];
         let tip_within = reach + step + shared.settings.border as f32;
         let tip = self.placed_tip(model);
+        let way = self.length - self.steps_left as f32 * self.travel;
         for body in self.near(s, self.tip_centre, model.tip.radius + tip_within + ROUNDING).iter() {
+            if self.over.get(body).is_some_and(|over| way >= *over) {
+                continue;
+            }
             for piece in model.bodies[body].pieces.clone() {
                 let circles = model.tip.radius + model.outlines[piece].radius + tip_within;
                 if !nearer(self.tip_centre, self.centres[piece], circles) {

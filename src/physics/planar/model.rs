@@ -6,7 +6,7 @@ use super::settings::PlanarSettings;
 use crate::action::Push;
 use crate::geom::{Vec2, vec2};
 use crate::physics::narrow::Outline;
-use crate::scene::{Scene, State};
+use crate::scene::{Scene, State, TipPath};
 
 /// A body. Its fictitious mass is its greatest friction force over the scene's typical one: the mass metric is then
 /// the metric of the limit surface, in the coordinates (x, y, `torque_radius` times angle).
@@ -41,6 +41,10 @@ pub struct Model {
     pub tip_friction: f32,
     /// Some bodies' masses differ greatly; see [`PlanarSettings::uneven_masses`].
     pub uneven: bool,
+    /// The robot's, for the tip.
+    pub path: Option<TipPath>,
+    /// Of the bodies.
+    pub heights: Vec<f64>,
 }
 
 /// Least fictitious mass. A body without friction would be of no mass at all.
@@ -87,6 +91,8 @@ impl Model {
             octet_count,
             tip: Outline::polygon(&tip),
             tip_friction: scene.friction().tip as f32,
+            path: scene.gripper().path.clone(),
+            heights: scene.bodies().iter().map(|body| body.height).collect(),
             // On a ground without friction all bodies are alike.
             uneven: mean > 0.0 && greatest * greatest > settings.uneven_masses as f32 * (least * least),
         }

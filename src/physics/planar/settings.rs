@@ -52,6 +52,9 @@ pub struct PlanarSettings {
     pub torque_ratio: f64,
     /// Distance of the centre of pressure ahead of the centre of mass, metres.
     pub pressure_lead: f64,
+    /// Where a robot's path lets the tip rise, it pushes a body until it has come to this share of the body's height:
+    /// farther up the body tips more than it moves. Chosen on recorded pushes (docs/robot.md).
+    pub tipping_share: f64,
     /// The tip may overlap a body by this where it comes down; deeper is a landing on the body, metres.
     pub landing_tolerance: f64,
     /// Instruction set; the widest of the processor if absent. It changes the speed and no bit of a result.
@@ -90,6 +93,7 @@ impl PlanarSettings {
             border: 0.001,
             torque_ratio: 1.5,
             pressure_lead: 0.010,
+            tipping_share: 0.62,
             landing_tolerance: 0.0005,
             instruction_set: None,
         }
@@ -138,6 +142,7 @@ impl PlanarSettings {
         check_range("physics.border", self.border, 0.0..=0.02)?;
         check_positive("physics.torque_ratio", self.torque_ratio)?;
         check_range("physics.pressure_lead", self.pressure_lead, 0.0..=0.1)?;
+        check_range("physics.tipping_share", self.tipping_share, 0.0..=1.0)?;
         check_range("physics.landing_tolerance", self.landing_tolerance, 0.0..=0.05)?;
         match self.instruction_set {
             Some(set) if !set.is_available() => {

@@ -2,7 +2,7 @@
 
 use super::settings::PrismSettings;
 use crate::geom::{Footprint, Piece, Vec2};
-use crate::scene::Scene;
+use crate::scene::{Scene, TipPath};
 
 /// The simulation's floating-point type: eight single-precision numbers fit a register.
 pub type Real = f32;
@@ -23,6 +23,8 @@ pub struct Model {
     pub normals: Vec<Flat>,
     /// Friction coefficient of the ground's surface.
     pub ground_friction: Real,
+    /// The robot's, for the tip.
+    pub path: Option<TipPath>,
 }
 
 /// A body: an upright prism.
@@ -72,6 +74,7 @@ impl Model {
             corners: Vec::new(),
             normals: Vec::new(),
             ground_friction: scene.friction().ground as Real,
+            path: scene.gripper().path.clone(),
         };
         for body in scene.bodies() {
             let half = body.height / 2.0;

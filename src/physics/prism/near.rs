@@ -163,6 +163,10 @@ impl World {
             }
             let shapes = pair.pieces.map(|p| &model.pieces[p as usize]);
             let (pose_a, pose_b) = (self.poses[a], self.poses[b]);
+            if a == model.tip() && model.path.is_some() && passes_over(model, [a, b], [&pose_a, &pose_b]) {
+                pair.manifold = Manifold::default();
+                continue;
+            }
             let heights = common_heights(model, [a, b], [&pose_a, &pose_b]);
             let round = shapes[0].round + shapes[1].round;
             let lean = lean(&pose_a, heights) + lean(&pose_b, heights);
@@ -234,8 +238,14 @@ fn lean(pose: &Pose, heights: [Real; 2]) -> Real {
     (pose.tilt[0].abs() + pose.tilt[1].abs()) * height
 }
 
+/// Whether the first body is above the second.
+#[inline]
+fn passes_over(model: &Model, [a, b]: [usize; 2], poses: [&Pose; 2]) -> bool {
+    poses[0].at[2] - model.bodies[a].half_height >= poses[1].at[2] + model.bodies[b].half_height
+}
+
 /// The lower and the upper end of the heights at which both bodies are. Where there are none, as for a tip over a flat
-/// body, both are the lower body's top: the world is planar, and a tip never passes over a body.
+/// body, both are the lower body's top: the world is planar, and a tip passes over a body only on a robot's path.
 #[inline]
 fn common_heights(model: &Model, bodies: [usize; 2], poses: [&Pose; 2]) -> [Real; 2] {
     let half = bodies.map(|i| model.bodies[i].half_height);

@@ -9,7 +9,7 @@ use super::solver::{GroundSpan, Rows, Rubbing, Span};
 use crate::action::Push;
 use crate::geom::{Pose2, Vec2};
 use crate::physics::transition::DEEPEST;
-use crate::scene::{Mask, State};
+use crate::scene::{Mask, State, Stroke};
 
 /// What a world waits for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -67,6 +67,8 @@ pub struct World {
     pub(super) way: Real,
     pub(super) way_at_list: Real,
     pub(super) tip_is_down: bool,
+    /// Of the tip, where the robot has a path for it.
+    stroke: Stroke,
     /// Bodies that were awake at some time.
     pub(super) stirred: Mask,
     /// Bodies that another pressed in this step.
@@ -132,6 +134,7 @@ impl World {
         let direction = push.direction();
         let middle = (settings.tip_low + settings.tip_high) / 2.0;
         self.place(model, tip, direction * travel, push.angle(), middle as Real);
+        self.stroke = model.path.as_ref().map_or(Stroke::default(), |path| path.stroke(push.start(), push.end()));
         self.tip_is_down = true;
         self.awake[tip] = true;
 
@@ -203,11 +206,22 @@ impl World {
             self.list_pairs(model, settings);
         }
         self.choose_pace(settings);
+        self.move_tip_up_and_down(model, settings);
         self.find_contacts(model, settings);
         self.set_motions(model, settings);
         self.make_rows(model, settings);
         self.rows.warm_start();
         true
+    }
+
+    /// Where the robot has a path for the tip, brings it to its height there, with the velocity up or down that it has.
+    fn move_tip_up_and_down(&mut self, model: &Model, settings: &PrismSettings) {
+        let Some(path) = model.path.as_ref().filter(|_| self.tip_is_down) else { return };
+        let tip = model.tip();
+        let pose = &mut self.poses[tip];
+        let way = f64::from(pose.at[0] * pose.cos + pose.at[1] * pose.sin);
+        pose.at[2] = path.height(&self.stroke, way) as Real + model.bodies[tip].half_height;
+        self.velocity[tip].0[2] = (path.slope(&self.stroke, way) * settings.speed) as Real;
     }
 
     /// Moves the bodies by the velocities that were solved for.
@@ -357,8 +371,8 @@ impl World {
             };
         }
         let tip = model.tip();
-        let [x, y, _] = self.velocity[tip].0;
-        self.rows.motion[tip] = Motion { v: [x, y, 0.0, 0.0], ..Motion::default() };
+        let [x, y, z] = self.velocity[tip].0;
+        self.rows.motion[tip] = Motion { v: [x, y, z, 0.0], ..Motion::default() };
     }
 
     fn make_rows(&mut self, model: &Model, settings: &PrismSettings) {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use clap::Args;
 use jostle::Error;
-use jostle::eval::JudgeOptions;
+use jostle::eval::{Executor, JudgeOptions};
 use jostle::files::json;
 use jostle::grasp::check_scorer;
 use jostle::net::{Kind, LoadOptions, Model};
@@ -187,9 +187,10 @@ pub fn cores() -> usize {
 /// The world that a planner is judged in.
 #[derive(Debug, Clone, Args)]
 pub struct JudgeArgs {
-    /// Engine of the judge: ENGINE, ENGINE:PRESET, or a preset of rapier [default: bullet where it is built, else
-    /// rapier:fine]
-    #[arg(long, value_name = "ENGINE[:PRESET]")]
+    /// The judge: ENGINE, ENGINE:PRESET, or a preset of rapier; or robot, robot:ENGINE, robot:ENGINE:PRESET, where the
+    /// recorded robot executes: its tip sinks and lifts on the way, its hand keeps and loses bodies as recorded
+    /// [default: bullet where it is built, else rapier:fine; of robot: bullet where it is built, else prism]
+    #[arg(long, value_name = "[robot:]ENGINE[:PRESET]")]
     pub judge: Option<String>,
     /// Every friction is scaled by up to this share up or down, drawn anew for each trial
     #[arg(long, default_value_t = 0.2, value_name = "SHARE", allow_negative_numbers = true)]
@@ -208,10 +209,26 @@ pub(super) fn judging_engine(name: Option<&str>) -> Outcome<PhysicsOptions> {
     Ok(PhysicsOptions::parse(name.unwrap_or(usual), Purpose::Judging).map_err(|e| e.within("judge"))?)
 }
 
+/// The engine named for a judge, and what executes in it.
+fn judge_named(name: Option<&str>) -> Outcome<(PhysicsOptions, Executor)> {
+    let Some(rest) = name.and_then(|name| name.strip_prefix("robot")) else {
+        return Ok((judging_engine(name)?, Executor::Engine));
+    };
+    let usual = EngineInfo::available().find(|e| e.id == "bullet").map_or("prism", |e| e.id);
+    let engine = match rest.strip_prefix(':') {
+        Some(engine) => engine,
+        None if rest.is_empty() => usual,
+        None => return Ok((judging_engine(name)?, Executor::Engine)),
+    };
+    Ok((judging_engine(Some(engine))?, Executor::Robot))
+}
+
 impl JudgeArgs {
     pub fn options(&self, seed: u64) -> Outcome<JudgeOptions> {
+        let (physics, executor) = judge_named(self.judge.as_deref())?;
         let options = JudgeOptions {
-            physics: judging_engine(self.judge.as_deref())?,
+            physics,
+            executor,
             friction_spread: self.friction_spread,
             noise_position_m: self.noise_mm * 1e-3,
             noise_rotation_rad: self.noise_deg.to_radians(),
