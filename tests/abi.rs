@@ -24,7 +24,7 @@ fn golden(name: &str, now: &str) {
 fn rust_layout() -> String {
     use jostle::ffi::{
         abi::*, action::*, body::*, camera::*, context::*, goal::*, image::*, log::*, model::*, options::*, plan::*,
-        planner::*, progress::*, simulator::*,
+        planner::*, progress::*, simulator::*, tip_path::*,
     };
     let mut text = String::new();
     fn size_of_field<S, F>(_: fn(&S) -> &F) -> usize {
@@ -53,7 +53,8 @@ fn rust_layout() -> String {
         jostle_body_info { corners, pieces, area, deviation },
         jostle_body_pose { body, pose, present, reserved },
         jostle_grasp { position, angle, opening, width, margin, score },
-        jostle_gripper { struct_size, grasp_score, push_width, push_thickness, push_clearance, opening, finger_width, finger_thickness, finger_clearance, fit, pad_edge, min_cover, max_wedge },
+        jostle_tip_path { struct_size, has_base, sink, sink_count, rise, rise_count, shortfall_along, shortfall_across, base },
+        jostle_gripper { struct_size, grasp_score, push_width, push_thickness, push_clearance, opening, finger_width, finger_thickness, finger_clearance, fit, pad_edge, min_cover, max_wedge, tip_path, reserved },
         jostle_workspace { struct_size, leave_rule, min, max, leave_scope, reserved },
         jostle_goal { struct_size, symmetry, pose, position_tolerance, rotation_tolerance },
         jostle_image_frame { pose, pixel, rows, cols },
@@ -69,7 +70,7 @@ fn rust_layout() -> String {
         jostle_action { kind, reserved, body, push, grasp },
         jostle_ranked_action { action, value, best_return, visits, prior, solution_actions, reserved },
         jostle_plan_statistics { struct_size, no_plan_within, iterations, nodes, simulations, seed, seconds, domain_seconds, search_seconds, grasp_score, plans_tried, plans_confirmed, confirm_simulations, confirm_seconds, proved_shortest, worlds, success_chance, expected_actions },
-        jostle_simulator_options { struct_size, reserved, engine, preset, seed, friction_spread, position_noise, angle_noise },
+        jostle_simulator_options { struct_size, executor, engine, preset, seed, friction_spread, position_noise, angle_noise },
         jostle_execute_options { struct_size, reserved, max_seconds, cancel },
     }
     text

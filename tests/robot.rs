@@ -2,19 +2,28 @@
 
 use std::path::{Path, PathBuf};
 
-use jostle::eval::robot::{GraspOutcome, GraspReliability, RobotGrasp, RobotRecords, fit_keeping, grasp_reliability};
+use jostle::action::Action;
+use jostle::eval::robot::{
+    GraspOutcome, GraspReliability, RobotGrasp, RobotRecords, fit_keeping, grasp_reliability, push_accuracy,
+};
+use jostle::eval::{Effect, Executor, Judge, JudgeOptions};
 use jostle::grasp::{GraspParams, GraspScratch, GraspTest};
+use jostle::physics::{EngineInfo, PhysicsOptions, Purpose, engine};
 use jostle::scene::{GraspFeatures, Gripper, Keeping};
 
 fn recorded(split: &str) -> Option<Vec<RobotGrasp>> {
+    records("grasps.jsonl", split).map(|records| records.grasps)
+}
+
+fn records(file: &str, split: &str) -> Option<RobotRecords> {
     let root = std::env::var_os("JOSTLE_SHARED")
         .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared"), PathBuf::from);
-    let path = root.join("data/robot/grasps.jsonl");
+    let path = root.join("data/robot").join(file);
     if !path.exists() {
         println!("skipped: {} is not there (set JOSTLE_SHARED)", path.display());
         return None;
     }
-    Some(RobotRecords::read(&[path]).unwrap().of_split(split).grasps)
+    Some(RobotRecords::read(&[path]).unwrap().of_split(split))
 }
 
 fn features(grasps: &[RobotGrasp]) -> Vec<(GraspFeatures, bool)> {
@@ -70,6 +79,50 @@ fn the_tables_of_the_2f85_are_what_the_fit_gives_and_the_same_each_time() {
     for (ours, theirs) in values(&base).iter().zip(values(&fitted)) {
         assert!(ours[0] == theirs[0] && (ours[1] - theirs[1]).abs() < 2e-3, "{ours:?} {theirs:?}");
     }
+}
+
+/// The path was fitted on `fit`, and so was what `planar` makes of it.
+#[test]
+fn with_the_path_of_the_tip_pushes_go_where_the_robot_s_went() {
+    let Some(records) = records("pushes.jsonl", "report") else { return };
+    let median = |name: &str, gripper: Gripper| {
+        let options = PhysicsOptions::named(name, Some("fast"), Purpose::Planning).unwrap();
+        let found = push_accuracy(&records.pushes, &gripper, &|scene| engine(&options, scene)).unwrap();
+        println!("{} {}: {found:?}", name, gripper.name);
+        assert!(found.count == 132 && found.refused <= 6, "{found:?}");
+        found.median_position_mm
+    };
+    let bullet = EngineInfo::find("bullet").unwrap().available.is_ok().then_some(("bullet", 3.3));
+    for (name, most) in [("planar", 7.0), ("prism", 4.0)].into_iter().chain(bullet) {
+        let (with, without) = (median(name, Gripper::robotiq_2f85_ur5e()), median(name, Gripper::robotiq_2f85()));
+        assert!(with <= most && with < without - 1.5, "{name}: {with} with the path, {without} without");
+    }
+}
+
+/// Over repeated worlds.
+#[test]
+fn the_robot_as_judge_keeps_what_the_robot_kept() {
+    let Some(grasps) = recorded("report") else { return };
+    let options = JudgeOptions {
+        executor: Executor::Robot,
+        ..JudgeOptions::exact(PhysicsOptions::named("planar", None, Purpose::Planning).unwrap())
+    };
+    let (worlds, mut scores) = (40u32, Vec::new());
+    for attempt in grasps.iter().step_by(3) {
+        let problem = attempt.problem(&Gripper::robotiq_2f85()).unwrap();
+        let kept = (0..worlds)
+            .filter(|world| {
+                let mut judge = Judge::new(&problem, &options, u64::from(*world)).unwrap();
+                let grasp = Action::Grasp(attempt.grasp(&Gripper::robotiq_2f85()));
+                judge.execute(&grasp).unwrap() == Effect::Grasped
+            })
+            .count();
+        let share = (kept as f64 + 0.5) / (f64::from(worlds) + 1.0);
+        scores.push((share, attempt.went_well(GraspOutcome::Kept)));
+    }
+    let found = grasp_reliability(&scores, 0.5).unwrap();
+    println!("{found:#?}");
+    assert!(found.accuracy >= 0.84 && found.log_loss <= 0.36, "{found:?}");
 }
 
 /// No file is needed for this.

@@ -251,8 +251,33 @@ typedef struct jostle_grasp {
   double score;
 } jostle_grasp;
 
+/// How the tip's lower end goes along the straight line from a push's commanded start to its commanded end. Metres. The
+/// engines "planar", "prism" and "bullet" follow it; a planner or simulator with another engine is refused.
+typedef struct jostle_tip_path {
+  /// Set by jostle_tip_path_default().
+  uint32_t struct_size;
+  /// Not 0 where `base` is given.
+  uint32_t has_base;
+  /// x: way from the start, y: height above the table, before the arm lifts. x rises, y never does. 1 to 64 points.
+  const struct jostle_vec2 *sink;
+  size_t sink_count;
+  /// x: share of the shortfall that is gone, from 0 to 1; y: how far the tip has risen since the lift began, from 0 on,
+  /// never falling. 2 to 64 points.
+  const struct jostle_vec2 *rise;
+  size_t rise_count;
+  /// How long before the commanded end the arm begins to lift, in pushes along the line to the base: 0 to 1 m.
+  double shortfall_along;
+  /// And in pushes across it. Without a base the mean of the two holds.
+  double shortfall_across;
+  /// Where the robot stands, in the scene's frame.
+  struct jostle_vec2 base;
+} jostle_tip_path;
+
 /// What the score of a grasp is: one of the JOSTLE_SCORE_ values.
 typedef int32_t jostle_grasp_score;
+
+/// How the robot moves the tip when it is told to push: one of the JOSTLE_TIP_ values.
+typedef int32_t jostle_tip;
 
 /// The measures of a two-finger gripper: the closed fingers it pushes with, the jaw it grasps with. Metres and radians.
 /// Widths, thicknesses and the opening lie in 1e-4 to 10 m, free gaps (clearances, fit) in 0 to 0.1 m.
@@ -283,6 +308,10 @@ typedef struct jostle_gripper {
   double min_cover;
   /// Greatest angle between the two gripped faces.
   double max_wedge;
+  /// How the robot moves the tip in a push: one of the JOSTLE_TIP_ values.
+  jostle_tip tip_path;
+  /// 0.
+  uint32_t reserved;
 } jostle_gripper;
 
 /// When a body counts as having left the workspace: one of the JOSTLE_LEAVE_ values.
@@ -645,13 +674,17 @@ typedef struct jostle_plan_statistics {
   double expected_actions;
 } jostle_plan_statistics;
 
+/// What executes actions in a simulator's world: one of the JOSTLE_EXECUTOR_ values.
+typedef int32_t jostle_executor;
+
 /// How the world differs from the planner's model: not at all by default, but for the finer preset.
 typedef struct jostle_simulator_options {
   /// Set by jostle_simulator_options_default().
   uint32_t struct_size;
-  /// 0.
-  uint32_t reserved;
-  /// Engine: "rapier", "planar", "prism" or "bullet"; null (the default) for "rapier".
+  /// What executes actions: one of the JOSTLE_EXECUTOR_ values.
+  jostle_executor executor;
+  /// Engine: "rapier", "planar", "prism" or "bullet"; null (the default) for "rapier", or with JOSTLE_EXECUTOR_ROBOT or a
+  /// gripper that has a tip path for "prism".
   const char *engine;
   /// The engine's preset, "fine" among others; null (the default) for the one that suits judging.
   const char *preset;
@@ -807,6 +840,15 @@ typedef int32_t jostle_effect;
 /// zero. jostle_plan_waypoints gives the way.
 #define JOSTLE_ACTION_DRAG 4
 
+/// Straight from the commanded start to the commanded end, at the height that the engine has (the default).
+#define JOSTLE_TIP_STRAIGHT 0
+
+/// As a UR5e with its base in the origin does: the tip sinks on the way and lifts before it has arrived (docs/robot.md).
+#define JOSTLE_TIP_UR5E 1
+
+/// A path of the scene's own, which this struct does not hold: a scene that has one keeps it (jostle_scene_set_tip_path).
+#define JOSTLE_TIP_OWN 2
+
 /// A judgement by the shape of the grip (the default).
 #define JOSTLE_SCORE_SHAPE 0
 
@@ -896,7 +938,8 @@ typedef int32_t jostle_effect;
 /// The target, or in a world without one the body of the grasp, was grasped and taken away.
 #define JOSTLE_EFFECT_GRASPED 3
 
-/// The grasp does not hold where the bodies really are, or is not one of the target; nothing changed.
+/// The grasp does not hold where the bodies really are, or is not one of the target; nothing changed, or with
+/// JOSTLE_EXECUTOR_ROBOT the body was shoved or lost: look before you go on.
 #define JOSTLE_EFFECT_MISSED 4
 
 /// The action was not finished: its limit was reached, or it was cancelled. Nothing changed.
@@ -905,6 +948,15 @@ typedef int32_t jostle_effect;
 /// The push was executed and a body fell over or leans on something: its outline is no longer what it was, so look before
 /// you go on. "prism" ends the push where that happens, with the tip short of its end.
 #define JOSTLE_EFFECT_TOPPLED 6
+
+/// The tip goes straight where it is sent, or as the gripper's tip path says; the engine's trial of a grasp, or where it has
+/// none geometry, says what is taken.
+#define JOSTLE_EXECUTOR_ENGINE 0
+
+/// The recorded robot, a UR5e with a 2F-85 (docs/robot.md): its tip sinks and lifts on the way, and its hand keeps, shoves
+/// and loses bodies by the chance fitted to recorded grasps, or by the gripper's own. Needs an engine that follows tip
+/// paths: "planar", "prism" or "bullet".
+#define JOSTLE_EXECUTOR_ROBOT 1
 
 #ifdef __cplusplus
 extern "C" {
@@ -1229,6 +1281,28 @@ jostle_status jostle_scene_best_grasp(const struct jostle_scene *scene,
                                       struct jostle_grasp *grasp,
                                       uint32_t *found);
 
+/// Sets every field to its default; `size` is sizeof(jostle_tip_path) as the caller was compiled. The tables are yours to
+/// give. jostle_tip_path_default() in this header does it for you.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: none.
+/// Owns: the caller.
+/// Errors: ARGUMENT (null, a size that no version has).
+jostle_status jostle_tip_path_init(struct jostle_tip_path *path,
+                                   size_t size);
+
+/// Gives the scene's robot this path of the tip, or with null a straight one. A gripper that is set later keeps it where its
+/// tip_path is JOSTLE_TIP_OWN.
+///
+/// Thread: exclusive use of scene.
+/// RT: no.
+/// Nullable: path (straight).
+/// Owns: `path` and its tables are copied.
+/// Errors: ARGUMENT (null, a field: the message names it), HANDLE, BUSY, POISONED, ABI.
+jostle_status jostle_scene_set_tip_path(struct jostle_scene *scene,
+                                        const struct jostle_tip_path *path);
+
 /// Sets every field to the gripper robotiq_2f85; `size` is sizeof(jostle_gripper) as the caller was compiled.
 /// jostle_gripper_default() in this header does it for you.
 ///
@@ -1241,7 +1315,7 @@ jostle_status jostle_gripper_init(struct jostle_gripper *gripper,
                                   size_t size);
 
 /// The measures of a gripper of the library: "robotiq_2f85", "robotiq_2f85_kept" (the same, which scores grasps by the chance
-/// that it keeps the body) or "dissertation_mask".
+/// that it keeps the body), "robotiq_2f85_ur5e" (that one, whose tip goes as a UR5e moves it) or "dissertation_mask".
 ///
 /// Thread: any.
 /// RT: no.
@@ -2221,6 +2295,13 @@ static inline jostle_body_def jostle_body_def_default(void) {
 static inline jostle_gripper jostle_gripper_default(void) {
     jostle_gripper value;
     jostle_gripper_init(&value, sizeof value);
+    return value;
+}
+
+/// All defaults, with the size that this header knows.
+static inline jostle_tip_path jostle_tip_path_default(void) {
+    jostle_tip_path value;
+    jostle_tip_path_init(&value, sizeof value);
     return value;
 }
 

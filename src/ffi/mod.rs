@@ -42,6 +42,7 @@ pub mod scene;
 pub mod scene_file;
 pub mod simulator;
 pub mod status;
+pub mod tip_path;
 pub mod version;
 
 #[cfg(target_pointer_width = "32")]

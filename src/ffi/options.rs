@@ -6,8 +6,9 @@ use super::abi::{Sized32, init_sized, jostle_vec2, out, read_sized, text, write_
 use super::guard::guard;
 use super::scene::{jostle_scene, with, with_mut};
 use super::status::{Failure, Outcome, jostle_status};
+use super::tip_path::{JOSTLE_TIP_OWN, JOSTLE_TIP_STRAIGHT, JOSTLE_TIP_UR5E, jostle_tip};
 use crate::bounds;
-use crate::scene::{Friction, Grasper, Gripper, Keeping, LeaveRule, LeaveScope, PushTip, Workspace};
+use crate::scene::{Friction, Grasper, Gripper, Keeping, LeaveRule, LeaveScope, PushTip, TipPath, Workspace};
 
 /// What the score of a grasp is: one of the JOSTLE_SCORE_ values.
 pub type jostle_grasp_score = i32;
@@ -50,6 +51,10 @@ pub struct jostle_gripper {
     pub min_cover: f64,
     /// Greatest angle between the two gripped faces.
     pub max_wedge: f64,
+    /// How the robot moves the tip in a push: one of the JOSTLE_TIP_ values.
+    pub tip_path: jostle_tip,
+    /// 0.
+    pub reserved: u32,
 }
 
 impl From<&Gripper> for jostle_gripper {
@@ -73,6 +78,12 @@ impl From<&Gripper> for jostle_gripper {
             pad_edge: g.pad_edge,
             min_cover: g.min_cover,
             max_wedge: g.max_wedge,
+            tip_path: match &gripper.path {
+                None => JOSTLE_TIP_STRAIGHT,
+                Some(path) if *path == TipPath::ur5e().scaled(gripper.scale()) => JOSTLE_TIP_UR5E,
+                Some(_) => JOSTLE_TIP_OWN,
+            },
+            reserved: 0,
         }
     }
 }
@@ -101,7 +112,7 @@ pub unsafe extern "C" fn jostle_gripper_init(gripper: *mut jostle_gripper, size:
 }
 
 /// The measures of a gripper of the library: "robotiq_2f85", "robotiq_2f85_kept" (the same, which scores grasps by the chance
-/// that it keeps the body) or "dissertation_mask".
+/// that it keeps the body), "robotiq_2f85_ur5e" (that one, whose tip goes as a UR5e moves it) or "dissertation_mask".
 ///
 /// Thread: any.
 /// RT: no.
@@ -145,8 +156,9 @@ pub unsafe extern "C" fn jostle_scene_set_gripper(
                 max_wedge: g.max_wedge,
             },
             keeping: None,
-            path: content.gripper.path.clone(),
+            path: None,
         };
+        new.path = path_of(g.tip_path, &new, content.gripper.path.as_ref())?;
         new.keeping = keeping_of(g.grasp_score, &new, content.gripper.keeping.as_ref())?;
         new.validate().map_err(|error| {
             let mut failure = Failure::from(error);
@@ -155,11 +167,7 @@ pub unsafe extern "C" fn jostle_scene_set_gripper(
             failure
         })?;
         // Files and reports name a gripper of the library by its name.
-        new.name = Gripper::NAMES
-            .into_iter()
-            .find(|name| Gripper::by_name(name).is_ok_and(|known| Gripper { name: String::new(), ..known } == new))
-            .unwrap_or("custom")
-            .to_string();
+        new.name = new.known_name().unwrap_or("custom").to_string();
         content.gripper = new;
         content.changed();
         Ok(())
@@ -176,6 +184,19 @@ fn keeping_of(score: jostle_grasp_score, gripper: &Gripper, own: Option<&Keeping
             Err(Failure::argument("gripper.grasp_score", "is 2, but the scene has no tables of its own to score by"))
         }
         _ => Err(Failure::argument("gripper.grasp_score", format!("is {score}; it must be a JOSTLE_SCORE_ value"))),
+    }
+}
+
+/// The path that a value of `tip_path` names, for a gripper of these measures.
+fn path_of(tip: jostle_tip, gripper: &Gripper, own: Option<&TipPath>) -> Outcome<Option<TipPath>> {
+    match (tip, own) {
+        (JOSTLE_TIP_STRAIGHT, _) => Ok(None),
+        (JOSTLE_TIP_UR5E, _) => Ok(Some(TipPath::ur5e().scaled(gripper.scale()))),
+        (JOSTLE_TIP_OWN, Some(own)) => Ok(Some(own.clone())),
+        (JOSTLE_TIP_OWN, None) => {
+            Err(Failure::argument("gripper.tip_path", "is 2, but the scene has no path of its own for the tip"))
+        }
+        _ => Err(Failure::argument("gripper.tip_path", format!("is {tip}; it must be a JOSTLE_TIP_ value"))),
     }
 }
 

@@ -41,7 +41,7 @@ pub const JOSTLE_EFFECT_INTERRUPTED: jostle_effect = 5;
 pub const JOSTLE_EFFECT_TOPPLED: jostle_effect = 6;
 
 /// What executes actions in a simulator's world: one of the JOSTLE_EXECUTOR_ values.
-pub type jostle_executor = u32;
+pub type jostle_executor = i32;
 /// The tip goes straight where it is sent, or as the gripper's tip path says; the engine's trial of a grasp, or where it has
 /// none geometry, says what is taken.
 pub const JOSTLE_EXECUTOR_ENGINE: jostle_executor = 0;
@@ -58,7 +58,8 @@ pub struct jostle_simulator_options {
     pub struct_size: u32,
     /// What executes actions: one of the JOSTLE_EXECUTOR_ values.
     pub executor: jostle_executor,
-    /// Engine: "rapier", "planar", "prism" or "bullet"; null (the default) for "rapier".
+    /// Engine: "rapier", "planar", "prism" or "bullet"; null (the default) for "rapier", or with JOSTLE_EXECUTOR_ROBOT or a
+    /// gripper that has a tip path for "prism".
     pub engine: *const c_char,
     /// The engine's preset, "fine" among others; null (the default) for the one that suits judging.
     pub preset: *const c_char,
@@ -216,7 +217,6 @@ pub unsafe extern "C" fn jostle_simulator_new(
                 return Err(Failure::argument(field, format!("is {value}; it must lie in 0..={most}")));
             }
         }
-        let physics = PhysicsOptions::named(engine.unwrap_or("rapier"), preset, Purpose::Judging).map_err(c_field)?;
         let executor = match o.executor {
             JOSTLE_EXECUTOR_ENGINE => Executor::Engine,
             JOSTLE_EXECUTOR_ROBOT => Executor::Robot,
@@ -227,6 +227,9 @@ pub unsafe extern "C" fn jostle_simulator_new(
         };
         let scene = call.open::<Scene>(scene, "scene")?;
         let content = guard::read(&scene.content, "scene")?;
+        let path = executor == Executor::Robot || content.gripper.path.is_some();
+        let engine = engine.unwrap_or(if path { "prism" } else { "rapier" });
+        let physics = PhysicsOptions::named(engine, preset, Purpose::Judging).map_err(c_field)?;
         let options = JudgeOptions {
             physics,
             executor,

@@ -27,11 +27,12 @@ pub struct GraspDecision {
     pub solved_score: f64,
 }
 
-/// A chance of keeping from which on a grasp is as good as done: a lost body costs a look, often a push, and a grasp.
-const KEPT: f64 = 0.8;
+/// A chance of keeping from which on a grasp is as good as done: a body that is lost costs a look and a grasp at least, and
+/// every other one falls where no grasp finds it again.
+const KEPT: f64 = 0.95;
 /// A body that no grasp keeps so surely is grasped from so much below the best chance that it has anywhere: a push for less
 /// costs more than it gains.
-const BELOW_BEST: f64 = 0.2;
+const BELOW_BEST: f64 = 0.05;
 
 impl GraspDecision {
     /// For a score that is the chance of keeping, and a body whose grasps score up to `greatest`.

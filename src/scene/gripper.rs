@@ -137,6 +137,12 @@ impl Gripper {
         }
     }
 
+    /// The name of the library's gripper with these measures.
+    pub fn known_name(&self) -> Option<&'static str> {
+        let unnamed = |gripper: &Gripper| Gripper { name: String::new(), ..gripper.clone() };
+        Self::NAMES.into_iter().find(|name| Self::by_name(name).is_ok_and(|known| unnamed(&known) == unnamed(self)))
+    }
+
     /// How large the gripper is beside the published one, [`Gripper::robotiq_2f85`], which has 1: the middle one of the
     /// ratios of width and thickness of the tip, opening of the jaw, width and thickness of a finger. So a gripper with
     /// one measure out of the ordinary (thick fingers, a paddle to push with) is no larger or smaller for it.

@@ -299,6 +299,24 @@ static void bad_scenes(jostle_context *context, jostle_body target, jostle_body 
     BAD(jostle_scene_set_gripper(scene, &gripper), ARGUMENT, "gripper.grasp_score: is 3");
     gripper.grasp_score = JOSTLE_SCORE_OWN;
     BAD(jostle_scene_set_gripper(scene, &gripper), ARGUMENT, "gripper.grasp_score: is 2, but the scene has no tables");
+    gripper = jostle_gripper_default();
+    gripper.tip_path = 3;
+    BAD(jostle_scene_set_gripper(scene, &gripper), ARGUMENT, "gripper.tip_path: is 3");
+    gripper.tip_path = JOSTLE_TIP_OWN;
+    BAD(jostle_scene_set_gripper(scene, &gripper), ARGUMENT, "gripper.tip_path: is 2, but the scene has no path");
+    jostle_tip_path path = jostle_tip_path_default();
+    jostle_vec2 level[] = {{0, 0.01}, {0.1, 0.02}}, rise[] = {{0, 0}, {1, 0.05}};
+    BAD(jostle_scene_set_tip_path(scene, &path), ARGUMENT, "path.sink: has 0 points");
+    path.sink_count = 2;
+    BAD(jostle_scene_set_tip_path(scene, &path), ARGUMENT, "path.sink: is null, but its count is 2");
+    path.sink = level, path.rise = rise, path.rise_count = 2;
+    BAD(jostle_scene_set_tip_path(scene, &path), ARGUMENT, "path.sink[1]: is above the point before");
+    path.sink_count = 1, path.rise_count = 1;
+    BAD(jostle_scene_set_tip_path(scene, &path), ARGUMENT, "path.rise: does not go from [0, 0]");
+    path.rise_count = 2, path.shortfall_across = 2;
+    BAD(jostle_scene_set_tip_path(scene, &path), ARGUMENT, "path.shortfall_across: is 2");
+    path.struct_size = 4;
+    BAD(jostle_scene_set_tip_path(scene, &path), ARGUMENT, "path.struct_size: is 4");
     gripper.struct_size = 0;
     BAD(jostle_scene_set_gripper(scene, &gripper), ARGUMENT, "gripper.struct_size: is 0");
     BAD(jostle_scene_get_gripper(scene, &gripper), ARGUMENT, "gripper.struct_size: is 0");
@@ -456,6 +474,8 @@ static void bad_planners(jostle_context *context, jostle_planner *planner, jostl
 
     WORLD(world.struct_size = 0, ARGUMENT, "options.struct_size: is 0");
     WORLD(world.engine = "newton", NOT_FOUND, "options.engine: ");
+    WORLD(world.executor = 2, ARGUMENT, "options.executor: is 2");
+    WORLD((world.executor = JOSTLE_EXECUTOR_ROBOT, world.engine = "rapier"), JOSTLE_ERROR_UNSUPPORTED, "cannot follow the path");
     WORLD(world.preset = "rough", NOT_FOUND, "options.preset: ");
     WORLD(world.friction_spread = NOT_A_NUMBER, ARGUMENT, "options.friction_spread: ");
     WORLD(world.position_noise = -1, ARGUMENT, "options.position_noise: is -1");
@@ -610,6 +630,7 @@ int main(void)
     jostle_planner_options good_jostle_planner_options = jostle_planner_options_default();
     jostle_solve_options good_jostle_solve_options = jostle_solve_options_default();
     jostle_body_info good_jostle_body_info;
+    jostle_tip_path good_jostle_tip_path = jostle_tip_path_default();
     jostle_goal good_jostle_goal = jostle_goal_default();
     jostle_progress good_jostle_progress = jostle_progress_default();
     jostle_plan_statistics good_jostle_plan_statistics = jostle_plan_statistics_default();

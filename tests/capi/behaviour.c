@@ -120,6 +120,26 @@ static void scenes(jostle_context *context)
     same = jostle_gripper_default();
     MUST(jostle_scene_get_gripper(scene, &same));
     CHECK(memcmp(&same, &gripper, sizeof same) == 0 && same.grasp_score == JOSTLE_SCORE_KEPT);
+    /* A robot's path of the tip: by name, of one's own, none. */
+    MUST(jostle_gripper_by_name("robotiq_2f85_ur5e", &gripper));
+    CHECK(gripper.tip_path == JOSTLE_TIP_UR5E && gripper.grasp_score == JOSTLE_SCORE_KEPT);
+    MUST(jostle_scene_set_gripper(scene, &gripper));
+    jostle_vec2 sink[] = {{0, 0.02}, {0.05, 0.01}}, rise[] = {{0, 0}, {1, 0.05}};
+    jostle_tip_path path = jostle_tip_path_default();
+    path.sink = sink, path.sink_count = 2, path.rise = rise, path.rise_count = 2;
+    path.shortfall_along = path.shortfall_across = 0.02;
+    MUST(jostle_scene_set_tip_path(scene, &path));
+    sink[0].y = 0.5;
+    same = jostle_gripper_default();
+    MUST(jostle_scene_get_gripper(scene, &same));
+    CHECK(same.tip_path == JOSTLE_TIP_OWN && same.opening == gripper.opening);
+    same.opening = 0.06;
+    MUST(jostle_scene_set_gripper(scene, &same));
+    MUST(jostle_scene_get_gripper(scene, &same));
+    CHECK(same.tip_path == JOSTLE_TIP_OWN && same.opening == 0.06);
+    MUST(jostle_scene_set_tip_path(scene, NULL));
+    MUST(jostle_scene_get_gripper(scene, &same));
+    CHECK(same.tip_path == JOSTLE_TIP_STRAIGHT);
     MUST(jostle_gripper_by_name("dissertation_mask", &gripper));
     MUST(jostle_scene_set_gripper(scene, &gripper));
     same = jostle_gripper_default();
@@ -671,6 +691,18 @@ static void simulators(jostle_context *context)
     CHECK(effect == JOSTLE_EFFECT_GRASPED && strcmp(jostle_effect_name(effect), "grasped") == 0);
     MUST(jostle_simulator_poses(world, after, 8, &count));
     CHECK(count == 1 && after[0].present == 0);
+    /* The recorded robot keeps what it grasps in some worlds. */
+    jostle_simulator_options robot = jostle_simulator_options_default();
+    robot.executor = JOSTLE_EXECUTOR_ROBOT;
+    uint32_t kept = 0, lost = 0;
+    for (robot.seed = 0; robot.seed < 200; robot.seed++) {
+        jostle_simulator_free(world);
+        MUST(jostle_simulator_new(context, free_scene, lone, &robot, &world));
+        MUST(jostle_simulator_execute(world, &grasp, &effect));
+        CHECK(effect == JOSTLE_EFFECT_GRASPED || effect == JOSTLE_EFFECT_MISSED);
+        kept += effect == JOSTLE_EFFECT_GRASPED, lost += effect == JOSTLE_EFFECT_MISSED;
+    }
+    CHECK(kept > 100 && lost > 0);
     jostle_simulator_free(world);
     jostle_simulator_free(noisy);
     jostle_scene_free(free_scene);
