@@ -74,6 +74,7 @@ impl JudgeOptions {
             friction_spread: self.friction_spread,
             position: self.noise_position_m,
             rotation: self.noise_rotation_rad,
+            border: 0.0,
         }
     }
 

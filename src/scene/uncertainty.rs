@@ -21,12 +21,15 @@ pub struct Uncertainty {
     pub position: f64,
     /// Standard deviation of each observed heading.
     pub rotation: f64,
+    /// Standard deviation of how far beyond a border a body may be predicted and yet not leave, or within and leave.
+    pub border: f64,
 }
 
 impl Default for Uncertainty {
-    /// 20 %, 1 mm, 1 degree.
+    /// 20 %, 1 mm, 1 degree; 3 mm at the border, as engines are off by about that from each other and from a robot
+    /// (docs/robot.md).
     fn default() -> Self {
-        Self { friction_spread: 0.2, position: 0.001, rotation: 1f64.to_radians() }
+        Self { friction_spread: 0.2, position: 0.001, rotation: 1f64.to_radians(), border: 0.003 }
     }
 }
 
@@ -38,21 +41,23 @@ const SHRINKING_DRAWS: u64 = 40;
 
 impl Uncertainty {
     /// Everything is as it is known.
-    pub const NONE: Uncertainty = Uncertainty { friction_spread: 0.0, position: 0.0, rotation: 0.0 };
+    pub const NONE: Uncertainty = Uncertainty { friction_spread: 0.0, position: 0.0, rotation: 0.0, border: 0.0 };
 
     pub fn validate(&self) -> Result<()> {
         check_range("uncertainty.friction_spread", self.friction_spread, 0.0..=0.9)?;
         check_range("uncertainty.position", self.position, 0.0..=1.0)?;
-        check_range("uncertainty.rotation", self.rotation, 0.0..=0.5)
+        check_range("uncertainty.rotation", self.rotation, 0.0..=0.5)?;
+        check_range("uncertainty.border", self.border, 0.0..=1.0)
     }
 
-    /// The scene with every friction scaled by a factor of its own.
+    /// The scene with every friction scaled by a factor of its own, and its border where that may be.
     pub fn scene(&self, scene: &Scene, key: Key) -> Scene {
         let mut draw = key.stream();
         let mut factor = || draw.uniform(1.0 - self.friction_spread, 1.0 + self.friction_spread);
         let tip = factor();
         let bodies: Vec<f64> = (0..scene.len()).map(|_| factor()).collect();
-        scene.with_scaled_friction(tip, &bodies)
+        let inset = self.border * draw.normal();
+        scene.with_scaled_friction(tip, &bodies).with_shrunk_workspace(inset)
     }
 
     /// The state with noise on every pose: what a camera reports of it, or where the bodies may be that it reports so.

@@ -57,6 +57,13 @@ impl Workspace {
         }
     }
 
+    /// The same workspace that ends so far within its border, but no farther than its middle; beyond it where negative.
+    #[must_use]
+    pub fn shrunk(&self, by: f64) -> Self {
+        let by = by.min((self.max[0] - self.min[0]) / 2.0).min((self.max[1] - self.min[1]) / 2.0);
+        Self { min: self.min.map(|v| v + by), max: self.max.map(|v| v - by), ..*self }
+    }
+
     /// The same workspace with every length times `factor`.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Workspace {
@@ -106,5 +113,24 @@ impl Workspace {
         let left = -extent(vec2(-1.0, 0.0)) - self.min[0];
         let bottom = -extent(vec2(0.0, -1.0)) - self.min[1];
         right.min(top).min(left).min(bottom)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_shrunk_workspace_ends_within_and_never_beyond_its_middle() {
+        let whole = Workspace::rectangle(vec2(-0.1, 0.0), vec2(0.1, 0.3));
+        assert_eq!(whole.shrunk(0.0), whole);
+        let (less, more) = (whole.shrunk(0.02), whole.shrunk(-0.02));
+        for (p, within, beyond) in
+            [(vec2(0.09, 0.1), false, true), (vec2(0.11, 0.1), false, true), (vec2(0.0, 0.1), true, true)]
+        {
+            assert_eq!((less.inset(p) > 0.0, more.inset(p) > 0.0), (within, beyond), "{p:?}");
+        }
+        let none = whole.shrunk(7.0);
+        assert!((none.min[0] - none.max[0]).abs() < 1e-12 && none.max[1] - none.min[1] > 0.09);
     }
 }

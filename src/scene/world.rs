@@ -180,6 +180,13 @@ impl Scene {
         scene
     }
 
+    /// The same scene in a workspace that ends so far within its border; beyond it where negative.
+    #[must_use]
+    pub fn with_shrunk_workspace(mut self, by: f64) -> Scene {
+        self.workspace = self.workspace.shrunk(by);
+        self
+    }
+
     /// The same scene with every length times `factor`, and the same masses.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Scene {

@@ -67,6 +67,7 @@ pub(super) fn ensemble(recipe: &Recipe, networks: &Networks, problem: &Problem, 
     let engines: Vec<PhysicsOptions> = [engine].into_iter().chain(finer).collect();
     let usual = Uncertainty::default();
     // A cell for smaller things sees them the better.
-    let uncertainty = Uncertainty { position: problem.scene.gripper().scale() * usual.position, ..usual };
+    let scale = problem.scene.gripper().scale();
+    let uncertainty = Uncertainty { position: scale * usual.position, border: scale * usual.border, ..usual };
     Ensemble::new(&problem.scene, &engines, network, uncertainty, expect::WORLDS, key)
 }
