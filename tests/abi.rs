@@ -23,8 +23,8 @@ fn golden(name: &str, now: &str) {
 /// Lines `struct size alignment` and `  field offset size`.
 fn rust_layout() -> String {
     use jostle::ffi::{
-        abi::*, action::*, body::*, camera::*, context::*, goal::*, image::*, log::*, model::*, options::*, plan::*,
-        planner::*, progress::*, simulator::*,
+        abi::*, action::*, body::*, camera::*, context::*, goal::*, grasp::*, image::*, log::*, model::*, options::*,
+        plan::*, planner::*, progress::*, simulator::*,
     };
     let mut text = String::new();
     fn size_of_field<S, F>(_: fn(&S) -> &F) -> usize {
@@ -53,6 +53,8 @@ fn rust_layout() -> String {
         jostle_body_info { corners, pieces, area, deviation },
         jostle_body_pose { body, pose, present, reserved },
         jostle_grasp { position, angle, opening, width, margin, score },
+        jostle_grasp_features { width, touch, turn, end, clearance, depth, height, mass },
+        jostle_grasp_report { grasp, body, allowed, limit, limit_body, chance, wedge, fit_spare, cover_spare, finger_spare, between_spare, opening_spare, wedge_spare, finger_body, between_body, features },
         jostle_gripper { struct_size, grasp_score, push_width, push_thickness, push_clearance, opening, finger_width, finger_thickness, finger_clearance, fit, pad_edge, min_cover, max_wedge },
         jostle_workspace { struct_size, leave_rule, min, max, leave_scope, reserved },
         jostle_goal { struct_size, symmetry, pose, position_tolerance, rotation_tolerance },

@@ -10,7 +10,7 @@ use common::{header, root};
 static CURRENT: std::sync::Mutex<()> = std::sync::Mutex::new(());
 
 /// The files of the C API, in the header's order.
-const FILES: [&str; 20] = [
+const FILES: [&str; 21] = [
     "status.rs",
     "version.rs",
     "log.rs",
@@ -19,6 +19,7 @@ const FILES: [&str; 20] = [
     "body.rs",
     "action.rs",
     "scene.rs",
+    "grasp.rs",
     "options.rs",
     "goal.rs",
     "image.rs",

@@ -55,6 +55,13 @@
 /// Every message.
 #define JOSTLE_LOG_ALL 4294967295
 
+/// Two grasps of a list are at least so far apart, metres, or their closing directions JOSTLE_GRASPS_TURNED. For a gripper
+/// of another size than robotiq_2f85 the distance grows with it.
+#define JOSTLE_GRASPS_APART 0.010
+
+/// Two grasps of a list are JOSTLE_GRASPS_APART from each other, or their closing directions differ at least by this, radians.
+#define JOSTLE_GRASPS_TURNED 0.35
+
 /// `jostle_progress.solution_actions` while no solution is known.
 #define JOSTLE_NO_SOLUTION 4294967295
 
@@ -250,6 +257,68 @@ typedef struct jostle_grasp {
   /// Expected quality in [0, 1].
   double score;
 } jostle_grasp;
+
+/// A condition of the grasp rule: one of the JOSTLE_LIMIT_ values.
+typedef int32_t jostle_grasp_limit;
+
+/// What a grasp is known by (docs/grasp-score.md). Every value is NaN where no part of the body is between the pads. Frozen:
+/// never changes.
+typedef struct jostle_grasp_features {
+  /// Extent of the body between the pads along the closing direction, metres.
+  double width;
+  /// Length along the pads of what comes to lie on a pad, the lesser of both sides, metres.
+  double touch;
+  /// Least turn that lays a face flat on its pad, radians.
+  double turn;
+  /// How far the body reaches past the pads' middle along them, the lesser of both ways, metres.
+  double end;
+  /// Least gap of the open fingers to the body and to the others, metres; below 0 they come down on one.
+  double clearance;
+  /// How far the closed pads reach down the body, metres; NaN for a gripper without a chance of keeping.
+  double depth;
+  /// Of the body's top above the table, metres.
+  double height;
+  /// Of the body, kg.
+  double mass;
+} jostle_grasp_features;
+
+/// What there is to know of one grasp. A `_spare` is the room that a condition has, and is not met while that is negative;
+/// each is NaN where no part of the body is between the pads. Frozen: never changes.
+typedef struct jostle_grasp_report {
+  /// The grasp as it was given (an opening of 0 as the gripper's), with its width, margin and score. The margin is minus
+  /// infinity where no part of the body is between the pads, the score 0 for a grasp that is not allowed.
+  struct jostle_grasp grasp;
+  /// The body that it takes.
+  struct jostle_body body;
+  /// 1 if a planner may execute it: all conditions are met; else 0.
+  uint32_t allowed;
+  /// The condition that is not met; of an allowed grasp, the one with the least spare room.
+  jostle_grasp_limit limit;
+  /// The body that JOSTLE_LIMIT_FINGER and _BETWEEN mean; else zero.
+  struct jostle_body limit_body;
+  /// Chance that the gripper keeps the body, allowed or not; NaN for a gripper without a chance of keeping (its score is
+  /// a judgement by the shape of the grip: JOSTLE_SCORE_SHAPE).
+  double chance;
+  /// Angle between the gripped faces, radians.
+  double wedge;
+  /// Between the open fingers and the body itself, metres.
+  double fit_spare;
+  /// Of the length that the pads cover, metres.
+  double cover_spare;
+  /// Between the fingers and the other bodies, metres; infinite without any.
+  double finger_spare;
+  /// Between the space between the fingers and the other bodies, metres; infinite without any.
+  double between_spare;
+  /// Of the gripper's opening over the one asked for, metres.
+  double opening_spare;
+  /// Of the angle between the gripped faces, radians.
+  double wedge_spare;
+  /// The body that `finger_spare` is to; zero without any.
+  struct jostle_body finger_body;
+  /// The body that `between_spare` is to; zero without any.
+  struct jostle_body between_body;
+  struct jostle_grasp_features features;
+} jostle_grasp_report;
 
 /// What the score of a grasp is: one of the JOSTLE_SCORE_ values.
 typedef int32_t jostle_grasp_score;
@@ -810,6 +879,31 @@ typedef int32_t jostle_effect;
 /// A judgement by the shape of the grip (the default).
 #define JOSTLE_SCORE_SHAPE 0
 
+/// No part of the body is between the pads.
+#define JOSTLE_LIMIT_NOTHING_BETWEEN 1
+
+/// The body is not pickable.
+#define JOSTLE_LIMIT_NOT_PICKABLE 2
+
+/// The gripper does not open so far.
+#define JOSTLE_LIMIT_OPENING 3
+
+/// The body's width in the opening: it does not fit between the fingers, wherever along the closing direction they are.
+#define JOSTLE_LIMIT_WIDTH 4
+
+/// A finger's clearance to `limit_body`: another body, or the one to be grasped where the fingers come down on it or too
+/// near to it.
+#define JOSTLE_LIMIT_FINGER 5
+
+/// `limit_body`, another one, reaches into the space between the fingers.
+#define JOSTLE_LIMIT_BETWEEN 6
+
+/// The length of the body that the pads cover.
+#define JOSTLE_LIMIT_COVER 7
+
+/// The angle between the gripped faces.
+#define JOSTLE_LIMIT_WEDGE 8
+
 /// The chance that the gripper keeps the body, by shape, height and mass of the body and the room of the fingers: the model
 /// of robotiq_2f85_kept, at this gripper's size.
 #define JOSTLE_SCORE_KEPT 1
@@ -1232,6 +1326,65 @@ jostle_status jostle_scene_best_grasp(const struct jostle_scene *scene,
 /// Sets every field to the gripper robotiq_2f85; `size` is sizeof(jostle_gripper) as the caller was compiled.
 /// jostle_gripper_default() in this header does it for you.
 ///
+/// The best grasps of a body where all bodies are now, best first: at most `most`, fewer where there are no more. No two are
+/// alike: their positions are JOSTLE_GRASPS_APART from each other, or their closing directions JOSTLE_GRASPS_TURNED. The
+/// first is that of jostle_scene_best_grasp, and what a planner without networks would execute; each of the others is the
+/// best of those that are unlike the ones before it. (Scores closer than 1e-9 count as equal.) All are allowed, and each
+/// report is what jostle_scene_examine_grasp says of its grasp, to the bit. A buffer for `most` reports is large enough.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: buffer (with capacity 0: asks for the count).
+/// Owns: the caller owns the buffer.
+/// Errors: ARGUMENT (null, zero body, absent body, most of 0, bodies that overlap), HANDLE, BUSY, BUFFER (count was written),
+/// NOT_FOUND, POISONED.
+jostle_status jostle_scene_best_grasps(const struct jostle_scene *scene,
+                                       struct jostle_body body,
+                                       size_t most,
+                                       struct jostle_grasp_report *buffer,
+                                       size_t capacity,
+                                       size_t *count);
+
+/// All that is known of a grasp of a body where all bodies are now: whether it is allowed and why not, score, chance of
+/// keeping, width, spare room, features. Of `grasp` position, angle and opening are read; an opening of 0 is the gripper's. A
+/// grasp that is not allowed is no failure of the call.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: `grasp` is copied.
+/// Errors: ARGUMENT (null, zero body, absent body, a number that is none or out of range: the message names the field; bodies
+/// that overlap), HANDLE, BUSY, NOT_FOUND, POISONED.
+jostle_status jostle_scene_examine_grasp(const struct jostle_scene *scene,
+                                         struct jostle_body body,
+                                         const struct jostle_grasp *grasp,
+                                         struct jostle_grasp_report *report);
+
+/// Copies why a grasp is not allowed and what to change, or what leaves an allowed one the least room: a sentence with names
+/// and millimetres, for people. `length` counts the closing zero. Of `grasp` the same is read as by
+/// jostle_scene_examine_grasp.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: buffer (with capacity 0: asks for the length).
+/// Owns: the caller owns the buffer; `grasp` is copied.
+/// Errors: as jostle_scene_examine_grasp, and BUFFER (length was written).
+jostle_status jostle_scene_explain_grasp(const struct jostle_scene *scene,
+                                         struct jostle_body body,
+                                         const struct jostle_grasp *grasp,
+                                         char *buffer,
+                                         size_t capacity,
+                                         size_t *length);
+
+/// The name of a condition of the grasp rule, such as "cover"; "unknown limit" for other numbers.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: never returns null.
+/// Owns: the library, for ever.
+/// Errors: none.
+const char *jostle_grasp_limit_name(jostle_grasp_limit limit);
+
 /// Thread: any.
 /// RT: no.
 /// Nullable: none.
