@@ -65,7 +65,7 @@ fn rust_layout() -> String {
         jostle_seen_body { body, pose, label, seen, deviation, hole_pixels, dropped_pixels },
         jostle_progress { struct_size, solution_actions, iterations, nodes, simulations, best_value, elapsed_seconds },
         jostle_model_options { struct_size, device, threads, self_test, runtime, backend, gripper, sha256, tolerate, reserved },
-        jostle_planner_options { struct_size, threads, planner, engine, preset, sampler, seed, max_iterations, max_seconds, max_bytes, push_length, execute_score, solved_score, lanes, max_depth, variant, reserved, confirm, scorer, scorer_model, engine_model, prior, prior_model },
+        jostle_planner_options { struct_size, threads, planner, engine, preset, sampler, seed, max_iterations, max_seconds, max_bytes, push_length, execute_score, solved_score, lanes, max_depth, variant, reserved, confirm, scorer, scorer_model, engine_model, prior, prior_model, gripper },
         jostle_solve_options { struct_size, reserved, cancel, progress, user, progress_seconds },
         jostle_push { start, end },
         jostle_action { kind, reserved, body, push, grasp },

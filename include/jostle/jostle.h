@@ -537,7 +537,7 @@ typedef struct jostle_model_options {
   const char *gripper;
   /// SHA-256 that the file must have, hexadecimal digits; null (the default) for any.
   const char *sha256;
-  /// 1 lets a network for another gripper pass; jostle_model_info() has a warning then. 0 by default.
+  /// 1 lets a network for another gripper pass, here (jostle_model_info() has a warning then) and in planners. 0 by default.
   uint32_t tolerate;
   /// 0.
   uint32_t reserved;
@@ -604,6 +604,9 @@ typedef struct jostle_planner_options {
   const char *prior;
   /// The network that values pushes; null (the default) for the built-in one. The planner keeps it.
   const struct jostle_model *prior_model;
+  /// The gripper of the scenes that will come: a network that was made for another one is refused by jostle_planner_new. Null
+  /// (the default): by the first call with a scene, as it is in any case.
+  const struct jostle_gripper *gripper;
 } jostle_planner_options;
 
 /// Told how far a decision is; a value other than 0 cancels it. It is called on the thread that decides (the caller's
@@ -876,9 +879,6 @@ typedef int32_t jostle_effect;
 /// zero. jostle_plan_waypoints gives the way.
 #define JOSTLE_ACTION_DRAG 4
 
-/// A judgement by the shape of the grip (the default).
-#define JOSTLE_SCORE_SHAPE 0
-
 /// No part of the body is between the pads.
 #define JOSTLE_LIMIT_NOTHING_BETWEEN 1
 
@@ -903,6 +903,9 @@ typedef int32_t jostle_effect;
 
 /// The angle between the gripped faces.
 #define JOSTLE_LIMIT_WEDGE 8
+
+/// A judgement by the shape of the grip (the default).
+#define JOSTLE_SCORE_SHAPE 0
 
 /// The chance that the gripper keeps the body, by shape, height and mass of the body and the room of the fingers: the model
 /// of robotiq_2f85_kept, at this gripper's size.
@@ -1323,9 +1326,6 @@ jostle_status jostle_scene_best_grasp(const struct jostle_scene *scene,
                                       struct jostle_grasp *grasp,
                                       uint32_t *found);
 
-/// Sets every field to the gripper robotiq_2f85; `size` is sizeof(jostle_gripper) as the caller was compiled.
-/// jostle_gripper_default() in this header does it for you.
-///
 /// The best grasps of a body where all bodies are now, best first: at most `most`, fewer where there are no more. No two are
 /// alike: their positions are JOSTLE_GRASPS_APART from each other, or their closing directions JOSTLE_GRASPS_TURNED. The
 /// first is that of jostle_scene_best_grasp, and what a planner without networks would execute; each of the others is the
@@ -1385,6 +1385,9 @@ jostle_status jostle_scene_explain_grasp(const struct jostle_scene *scene,
 /// Errors: none.
 const char *jostle_grasp_limit_name(jostle_grasp_limit limit);
 
+/// Sets every field to the gripper robotiq_2f85; `size` is sizeof(jostle_gripper) as the caller was compiled.
+/// jostle_gripper_default() in this header does it for you.
+///
 /// Thread: any.
 /// RT: no.
 /// Nullable: none.
@@ -1852,8 +1855,9 @@ jostle_status jostle_solve_options_init(struct jostle_solve_options *options,
 /// RT: no.
 /// Nullable: options (all defaults).
 /// Owns: the caller owns *planner and frees it with jostle_planner_free; `options` is copied.
-/// Errors: ARGUMENT (null, an option: the message names it), HANDLE, NOT_FOUND (an unknown planner, engine, preset, sampler
-/// or scorer: the message lists the known), UNSUPPORTED, MEMORY, ABI, and what jostle_model_load returns.
+/// Errors: ARGUMENT (null, an option: the message names it; a network made for another gripper than options.gripper),
+/// HANDLE, NOT_FOUND (an unknown planner, engine, preset, sampler or scorer: the message lists the known), UNSUPPORTED,
+/// MEMORY, ABI, and what jostle_model_load returns.
 jostle_status jostle_planner_new(const struct jostle_context *context,
                                  const struct jostle_planner_options *options,
                                  struct jostle_planner **planner);
@@ -1878,8 +1882,9 @@ void jostle_planner_free(struct jostle_planner *planner);
 /// RT: no (for real-time threads: jostle_planner_job_start from another thread, jostle_job_poll from any).
 /// Nullable: options (all defaults).
 /// Owns: the caller owns *plan and frees it with jostle_plan_free.
-/// Errors: ARGUMENT (null, an option, zero target, target absent or not pickable, bodies that overlap), HANDLE, BUSY,
-/// NOT_FOUND (target), UNSUPPORTED, MEMORY, PANIC, POISONED, ABI. Running into a limit and being cancelled are outcomes.
+/// Errors: ARGUMENT (null, an option, zero target, target absent or not pickable, bodies that overlap, a gripper that a
+/// network of the planner was not made for), HANDLE, BUSY, NOT_FOUND (target), UNSUPPORTED, MEMORY, PANIC, POISONED, ABI.
+/// Running into a limit and being cancelled are outcomes.
 jostle_status jostle_planner_solve(struct jostle_planner *planner,
                                    const struct jostle_scene *scene,
                                    struct jostle_body target,
@@ -1893,8 +1898,9 @@ jostle_status jostle_planner_solve(struct jostle_planner *planner,
 /// RT: no.
 /// Nullable: options (all defaults).
 /// Owns: the caller owns *plan and frees it with jostle_plan_free.
-/// Errors: ARGUMENT (null, an option, zero iterations, zero target, target absent or not pickable, bodies that overlap),
-/// HANDLE, BUSY, NOT_FOUND (target), UNSUPPORTED, MEMORY, PANIC, POISONED, ABI.
+/// Errors: ARGUMENT (null, an option, zero iterations, zero target, target absent or not pickable, bodies that overlap, a
+/// gripper that a network of the planner was not made for), HANDLE, BUSY, NOT_FOUND (target), UNSUPPORTED, MEMORY, PANIC,
+/// POISONED, ABI.
 jostle_status jostle_planner_step(struct jostle_planner *planner,
                                   const struct jostle_scene *scene,
                                   struct jostle_body target,
@@ -1965,8 +1971,9 @@ jostle_status jostle_planner_progress(const struct jostle_planner *planner,
 /// RT: no.
 /// Nullable: options (all defaults).
 /// Owns: the caller owns *job and frees it with jostle_job_free.
-/// Errors: ARGUMENT (null, an option, zero target, target absent or not pickable, bodies that overlap), HANDLE, BUSY,
-/// NOT_FOUND (target), STATE (no thread can be started), MEMORY, POISONED, ABI. Later failures are the job's.
+/// Errors: ARGUMENT (null, an option, zero target, target absent or not pickable, bodies that overlap, a gripper that a
+/// network of the planner was not made for), HANDLE, BUSY, NOT_FOUND (target), STATE (no thread can be started), MEMORY,
+/// POISONED, ABI. Later failures are the job's.
 jostle_status jostle_planner_job_start(struct jostle_planner *planner,
                                        const struct jostle_scene *scene,
                                        struct jostle_body target,

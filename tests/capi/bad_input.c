@@ -397,6 +397,14 @@ static void bad_planners(jostle_context *context, jostle_planner *planner, jostl
     BAD(jostle_planner_new(context, &options, &new_planner), want, message)
 
     OPTION(options.struct_size = 0, ARGUMENT, "options.struct_size: is 0");
+    jostle_gripper hand = jostle_gripper_default(), unset = jostle_gripper_default();
+    hand.opening = -1;
+    unset.struct_size = 0;
+    OPTION(options.gripper = &hand, ARGUMENT, "options.gripper.opening: is -1");
+    hand = jostle_gripper_default();
+    hand.grasp_score = JOSTLE_SCORE_OWN;
+    OPTION(options.gripper = &hand, ARGUMENT, "options.gripper.grasp_score: is 2");
+    OPTION(options.gripper = &unset, ARGUMENT, "options.gripper.struct_size: is 0");
     OPTION(options.planner = "oracle", NOT_FOUND, "options.planner: no planner is named `oracle`");
     OPTION(options.planner = "\xff", ARGUMENT, "options.planner: is not UTF-8");
     OPTION(options.engine = "newton", NOT_FOUND, "options.engine: no engine is named `newton`");
@@ -739,6 +747,7 @@ int main(void)
     if (jostle_abi_version() != JOSTLE_ABI_VERSION || jostle_feature(-5) != 0) failures++;
     if (strcmp(jostle_status_name(12345), "unknown status") || strcmp(jostle_outcome_name(0), "unknown outcome")) failures++;
     if (strcmp(jostle_effect_name(-1), "unknown effect")) failures++;
+    if (strcmp(jostle_grasp_limit_name(0), "unknown limit")) failures++;
 
     /* Everything is as usable as before. */
     MUST(jostle_scene_check(scene));
@@ -747,7 +756,6 @@ int main(void)
     jostle_plan_free(again);
     /* Parents first: children hold on to what they need. */
     jostle_context_free(context), jostle_scene_free(scene), jostle_planner_free(planner), jostle_job_free(job);
-    if (strcmp(jostle_grasp_limit_name(0), "unknown limit")) failures++;
     jostle_plan_free(plan), jostle_cancel_free(cancel), jostle_simulator_free(simulator);
     if (jostle_handle_count() != 0) {
         printf("%llu handles are left\n", (unsigned long long)jostle_handle_count());
