@@ -147,7 +147,7 @@ more-loop: build ## MORE's loop: search, learn, guide the search, again; a repor
 	cd bindings/python && $(PYTHON) -m jostle_training.more_loop $(abspath $(OUT))/more-loop \
 	    --jostle $(abspath $(JOSTLE)) $(MORE_LOOP)
 
-install: ## library, headers, pkg-config, CMake package and tool, to DESTDIR and PREFIX (/usr/local)
+install: ## library, headers, struct layouts, pkg-config, CMake package and tool, to DESTDIR and PREFIX (/usr/local)
 	@test -e $(BUILD)/libjostle.so || $(MAKE) --no-print-directory build
 	DESTDIR="$(DESTDIR)" PREFIX="$(PREFIX)" LIBDIR="$(LIBDIR)" INCLUDEDIR="$(INCLUDEDIR)" BUILD="$(BUILD)" \
 	    scripts/install.sh install

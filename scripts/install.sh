@@ -21,6 +21,7 @@ bindir=$PREFIX/bin
 pcdir=$LIBDIR/pkgconfig
 cmakedir=$LIBDIR/cmake/jostle
 docdir=$PREFIX/share/doc/jostle
+datadir=$PREFIX/share/jostle
 
 # The library states its own ABI; nothing here repeats the number.
 soname_of() { LC_ALL=C readelf -d "$1" | sed -n 's/.*(SONAME).*\[\(.*\)\].*/\1/p'; }
@@ -28,7 +29,7 @@ soname_of() { LC_ALL=C readelf -d "$1" | sed -n 's/.*(SONAME).*\[\(.*\)\].*/\1/p
 if [[ $what == uninstall ]]; then
     rm -f "$DESTDIR$LIBDIR"/libjostle.so{,.*} "$DESTDIR$LIBDIR/libjostle.a" "$DESTDIR$pcdir/jostle.pc" \
         "$DESTDIR$bindir/jostle"
-    rm -rf "${DESTDIR}${cmakedir:?}" "${DESTDIR}${docdir:?}" "${DESTDIR}${INCLUDEDIR:?}/jostle"
+    rm -rf "${DESTDIR}${cmakedir:?}" "${DESTDIR}${docdir:?}" "${DESTDIR}${datadir:?}" "${DESTDIR}${INCLUDEDIR:?}/jostle"
     rmdir --ignore-fail-on-non-empty "$DESTDIR$pcdir" "$DESTDIR$LIBDIR/cmake" 2>/dev/null || true
     exit 0
 fi
@@ -77,7 +78,7 @@ fill() { # fill TEMPLATE TARGET NATIVE_LIBS
 case $(LC_ALL=C readelf -h "$BUILD/libjostle.so") in *ELF64*) pointer_bytes=8 ;; *) pointer_bytes=4 ;; esac
 
 install -d "$DESTDIR$bindir" "$DESTDIR$LIBDIR" "$DESTDIR$pcdir" "$DESTDIR$cmakedir" "$DESTDIR$INCLUDEDIR/jostle" \
-    "$DESTDIR$docdir"
+    "$DESTDIR$docdir" "$DESTDIR$datadir"
 install -m 755 "$BUILD/jostle" "$DESTDIR$bindir/jostle"
 install -m 755 "$BUILD/libjostle.so" "$DESTDIR$LIBDIR/$shared"
 ln -sf "$shared" "$DESTDIR$LIBDIR/$soname"
@@ -85,6 +86,8 @@ ln -sf "$soname" "$DESTDIR$LIBDIR/libjostle.so"
 install -m 644 "$BUILD/libjostle.a" "$DESTDIR$LIBDIR/libjostle.a"
 install -m 644 include/jostle/*.h include/jostle/*.hpp "$DESTDIR$INCLUDEDIR/jostle/"
 install -m 644 LICENSE LICENSE-MIT LICENSE-APACHE README.md CHANGELOG.md "$DESTDIR$docdir/"
+# For bindings to other languages.
+install -m 644 bindings/layout/layout.json bindings/layout/layout.txt "$DESTDIR$datadir/"
 fill bindings/pkgconfig/jostle.pc.in "$DESTDIR$pcdir/jostle.pc" "-l${native// / -l}"
 fill bindings/cmake/jostle-config.cmake.in "$DESTDIR$cmakedir/jostle-config.cmake" "${native// /;}"
 fill bindings/cmake/jostle-config-version.cmake.in "$DESTDIR$cmakedir/jostle-config-version.cmake" ''

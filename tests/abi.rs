@@ -23,8 +23,8 @@ fn golden(name: &str, now: &str) {
 /// Lines `struct size alignment` and `  field offset size`.
 fn rust_layout() -> String {
     use jostle::ffi::{
-        abi::*, action::*, body::*, camera::*, context::*, goal::*, image::*, log::*, model::*, options::*, plan::*,
-        planner::*, progress::*, simulator::*, tip_path::*,
+        abi::*, action::*, body::*, camera::*, context::*, goal::*, grasp::*, image::*, log::*, model::*, options::*,
+        plan::*, planner::*, progress::*, simulator::*, tip_path::*,
     };
     let mut text = String::new();
     fn size_of_field<S, F>(_: fn(&S) -> &F) -> usize {
@@ -52,8 +52,10 @@ fn rust_layout() -> String {
         jostle_body { id },
         jostle_body_info { corners, pieces, area, deviation },
         jostle_body_pose { body, pose, present, reserved },
-        jostle_grasp { position, angle, opening, width, margin, score },
         jostle_tip_path { struct_size, has_base, sink, sink_count, rise, rise_count, shortfall_along, shortfall_across, base },
+        jostle_grasp { position, angle, opening, width, margin, score },
+        jostle_grasp_features { width, touch, turn, end, clearance, depth, height, mass },
+        jostle_grasp_report { grasp, body, allowed, limit, limit_body, chance, wedge, fit_spare, cover_spare, finger_spare, between_spare, opening_spare, wedge_spare, finger_body, between_body, features },
         jostle_gripper { struct_size, grasp_score, push_width, push_thickness, push_clearance, opening, finger_width, finger_thickness, finger_clearance, fit, pad_edge, min_cover, max_wedge, tip_path, reserved },
         jostle_workspace { struct_size, leave_rule, min, max, leave_scope, reserved },
         jostle_goal { struct_size, symmetry, pose, position_tolerance, rotation_tolerance },
@@ -64,7 +66,7 @@ fn rust_layout() -> String {
         jostle_seen_body { body, pose, label, seen, deviation, hole_pixels, dropped_pixels },
         jostle_progress { struct_size, solution_actions, iterations, nodes, simulations, best_value, elapsed_seconds },
         jostle_model_options { struct_size, device, threads, self_test, runtime, backend, gripper, sha256, tolerate, reserved },
-        jostle_planner_options { struct_size, threads, planner, engine, preset, sampler, seed, max_iterations, max_seconds, max_bytes, push_length, execute_score, solved_score, lanes, max_depth, variant, reserved, confirm, scorer, scorer_model, engine_model, prior, prior_model },
+        jostle_planner_options { struct_size, threads, planner, engine, preset, sampler, seed, max_iterations, max_seconds, max_bytes, push_length, execute_score, solved_score, lanes, max_depth, variant, reserved, confirm, scorer, scorer_model, engine_model, prior, prior_model, gripper },
         jostle_solve_options { struct_size, reserved, cancel, progress, user, progress_seconds },
         jostle_push { start, end },
         jostle_action { kind, reserved, body, push, grasp },

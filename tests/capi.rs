@@ -17,6 +17,24 @@ fn it_behaves_as_promised() {
     }
 }
 
+/// Lists of grasps, grasps examined, and plans of scenes of the suites that end with the first of the list.
+#[test]
+fn grasps_are_listed_and_examined() {
+    let scene = |name: &str| root().join("suites").join(name);
+    let scenes =
+        ["own-hard/generated-122-1.json", "own-hard/generated-122-2.json", "own-confined/generated-120-1.json"];
+    for link in [Link::Shared, Link::Static] {
+        let program = build(&["tests/capi/grasps.c"], "grasps", link, &[]);
+        let mut command = std::process::Command::new(&program);
+        let output = output(command.args(scenes.map(scene)), &program);
+        let (text, said) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+        assert!(
+            output.status.success() && text.ends_with("grasps: as promised\n") && said.is_empty(),
+            "{text}\n{said}"
+        );
+    }
+}
+
 #[test]
 fn the_cpp_header_owns_throws_and_converts() {
     let text = run(&build(&["tests/capi/wrapper.cpp"], "wrapper", Link::Shared, &[]));

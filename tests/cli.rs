@@ -31,6 +31,41 @@ fn a_plan_is_told_written_and_drawn() {
 }
 
 #[test]
+fn grasps_are_listed_examined_and_drawn() {
+    let folder = Folder::new();
+    let (scene, svg, list) = (folder.scene("two.json"), folder.path("grasps.svg"), folder.path("grasps.json"));
+    let text = stdout(&["grasps", &scene, "--k", "3", "--svg", &svg, "--json", &list]);
+    assert!(
+        text.contains("gripper robotiq_2f85") && text.contains("chance") && text.contains("\n3. it is allowed"),
+        "{text}"
+    );
+    assert!(std::fs::read_to_string(&svg).unwrap().matches("score ").count() >= 3);
+    let report: Value = serde_json::from_str(&std::fs::read_to_string(&list).unwrap()).unwrap();
+    let grasps = report["grasps"].as_array().unwrap();
+    assert_eq!((grasps.len(), &report["target"]), (3, &"body 0".into()));
+    // The first is what the planner does, and each is what an examination of it says, to the bit.
+    let plan = json(&["plan", &scene, "--iterations", "20", "--threads", "1", "--json"]);
+    assert_eq!(
+        (&plan["actions"][0]["position"], &plan["actions"][0]["angle"]),
+        (&grasps[0]["position"], &grasps[0]["angle"])
+    );
+    let place = |g: &Value| format!("{},{},{}", g["position"][0], g["position"][1], g["angle"]);
+    let places: Vec<String> = grasps.iter().map(place).collect();
+    let again = json(&["grasps", &scene, "--at", &places[0], "--at", &places[1], "--at", &places[2], "--json"]);
+    assert_eq!(again["grasps"], report["grasps"]);
+    for field in ["width", "margin", "score", "wedge", "spares", "features"] {
+        assert!(!grasps[0][field].is_null(), "{field}");
+    }
+    assert!(grasps[0]["chance"].is_null() && grasps[0]["features"]["touch"].is_number());
+    let kept = json(&["grasps", &scene, "--gripper", "robotiq_2f85_kept", "--target", "1", "--k", "1", "--json"]);
+    assert_eq!((&kept["target"], kept["grasps"].as_array().unwrap().len()), (&"body 1".into(), 1));
+    assert_eq!(kept["grasps"][0]["chance"], kept["grasps"][0]["score"]);
+
+    let far = stdout(&["grasps", &scene, "--at", "-0.9,0,0"]);
+    assert!(far.contains("no: nothing between") && far.contains("no part of `body 0` is between the pads"), "{far}");
+}
+
+#[test]
 fn a_run_reports_every_named_number() {
     let folder = Folder::new();
     folder.scene("a.json");
@@ -159,6 +194,10 @@ fn mistakes_end_with_status_2_and_one_line() {
         (&["plan", &scene, "--iterations", "0"], "iterations: is 0"),
         (&["plan", &scene, "--seconds", "soon"], "invalid value 'soon' for '--seconds <SECONDS>'"),
         (&["plan", &scene, "--colour"], "unexpected argument '--colour' found"),
+        (&["grasps", &scene, "--k", "0"], "k: is 0"),
+        (&["grasps", &scene, "--target", "cup"], "target: no body has the number or name `cup`; known: "),
+        (&["grasps", &scene, "--at", "1,2"], "2 numbers; write X,Y,ANGLE as three"),
+        (&["grasps", &scene, "--at", "nan,0,0"], "grasp.position[0]: is NaN"),
         (&["run", &empty], "holds no scenes"),
         (&["run", "generated:none"], "generated:none: N is not a count"),
         (&["run", &scene, "--noise-mm", "-1"], "judge.noise_position_m"),
@@ -498,6 +537,7 @@ fn the_document_holds_the_help() {
     let commands = [
         "",
         "plan",
+        "grasps",
         "run",
         "results",
         "generate",

@@ -10,7 +10,7 @@ use common::{header, root};
 static CURRENT: std::sync::Mutex<()> = std::sync::Mutex::new(());
 
 /// The files of the C API, in the header's order.
-const FILES: [&str; 21] = [
+const FILES: [&str; 22] = [
     "status.rs",
     "version.rs",
     "log.rs",
@@ -20,6 +20,7 @@ const FILES: [&str; 21] = [
     "action.rs",
     "scene.rs",
     "tip_path.rs",
+    "grasp.rs",
     "options.rs",
     "goal.rs",
     "image.rs",

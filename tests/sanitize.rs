@@ -14,6 +14,7 @@ fn programs(prefix: &str, link: Link, flags: &[&str]) -> Vec<(PathBuf, &'static 
     vec![
         (bad_input(&format!("{prefix}_bad_input"), link, flags), "bad input: all refused\n"),
         (build(&["tests/capi/behaviour.c"], &format!("{prefix}_behaviour"), link, flags), "behaviour: as promised\n"),
+        (build(&["tests/capi/grasps.c"], &format!("{prefix}_grasps"), link, flags), "grasps: as promised\n"),
         (build(&["tests/capi/wrapper.cpp"], &format!("{prefix}_wrapper"), link, flags), "wrapper: as promised\n"),
     ]
 }

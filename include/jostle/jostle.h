@@ -55,6 +55,13 @@
 /// Every message.
 #define JOSTLE_LOG_ALL 4294967295
 
+/// Two grasps of a list are at least so far apart, metres, or their closing directions JOSTLE_GRASPS_TURNED. For a gripper
+/// of another size than robotiq_2f85 the distance grows with it.
+#define JOSTLE_GRASPS_APART 0.010
+
+/// Two grasps of a list are JOSTLE_GRASPS_APART from each other, or their closing directions differ at least by this, radians.
+#define JOSTLE_GRASPS_TURNED 0.35
+
 /// `jostle_progress.solution_actions` while no solution is known.
 #define JOSTLE_NO_SOLUTION 4294967295
 
@@ -235,22 +242,6 @@ typedef struct jostle_body_pose {
   uint32_t reserved;
 } jostle_body_pose;
 
-/// A vertical two-finger grasp in the world frame. Frozen: never changes.
-typedef struct jostle_grasp {
-  /// Midpoint between the pads.
-  struct jostle_vec2 position;
-  /// Direction along which the fingers close, from +x, in [0, pi).
-  double angle;
-  /// Distance between the pads before closing, metres.
-  double opening;
-  /// Width of the body between the pads, metres.
-  double width;
-  /// Least spare room of all conditions of the grasp, metres; it holds while this is not negative.
-  double margin;
-  /// Expected quality in [0, 1].
-  double score;
-} jostle_grasp;
-
 /// How the tip's lower end goes along the straight line from a push's commanded start to its commanded end. Metres. The
 /// engines "planar", "prism" and "bullet" follow it; a planner or simulator with another engine is refused.
 typedef struct jostle_tip_path {
@@ -272,6 +263,84 @@ typedef struct jostle_tip_path {
   /// Where the robot stands, in the scene's frame.
   struct jostle_vec2 base;
 } jostle_tip_path;
+
+/// A vertical two-finger grasp in the world frame. Frozen: never changes.
+typedef struct jostle_grasp {
+  /// Midpoint between the pads.
+  struct jostle_vec2 position;
+  /// Direction along which the fingers close, from +x, in [0, pi).
+  double angle;
+  /// Distance between the pads before closing, metres.
+  double opening;
+  /// Width of the body between the pads, metres.
+  double width;
+  /// Least spare room of all conditions of the grasp, metres; it holds while this is not negative.
+  double margin;
+  /// Expected quality in [0, 1].
+  double score;
+} jostle_grasp;
+
+/// A condition of the grasp rule: one of the JOSTLE_LIMIT_ values.
+typedef int32_t jostle_grasp_limit;
+
+/// What a grasp is known by (docs/grasp-score.md). Every value is NaN where no part of the body is between the pads. Frozen:
+/// never changes.
+typedef struct jostle_grasp_features {
+  /// Extent of the body between the pads along the closing direction, metres.
+  double width;
+  /// Length along the pads of what comes to lie on a pad, the lesser of both sides, metres.
+  double touch;
+  /// Least turn that lays a face flat on its pad, radians.
+  double turn;
+  /// How far the body reaches past the pads' middle along them, the lesser of both ways, metres.
+  double end;
+  /// Least gap of the open fingers to the body and to the others, metres; below 0 they come down on one.
+  double clearance;
+  /// How far the closed pads reach down the body, metres; NaN for a gripper without a chance of keeping.
+  double depth;
+  /// Of the body's top above the table, metres.
+  double height;
+  /// Of the body, kg.
+  double mass;
+} jostle_grasp_features;
+
+/// What there is to know of one grasp. A `_spare` is the room that a condition has, and is not met while that is negative;
+/// each is NaN where no part of the body is between the pads. Frozen: never changes.
+typedef struct jostle_grasp_report {
+  /// The grasp as it was given (an opening of 0 as the gripper's), with its width, margin and score. The margin is minus
+  /// infinity where no part of the body is between the pads, the score 0 for a grasp that is not allowed.
+  struct jostle_grasp grasp;
+  /// The body that it takes.
+  struct jostle_body body;
+  /// 1 if a planner may execute it: all conditions are met; else 0.
+  uint32_t allowed;
+  /// The condition that is not met; of an allowed grasp, the one with the least spare room.
+  jostle_grasp_limit limit;
+  /// The body that JOSTLE_LIMIT_FINGER and _BETWEEN mean; else zero.
+  struct jostle_body limit_body;
+  /// Chance that the gripper keeps the body, allowed or not; NaN for a gripper without a chance of keeping (its score is
+  /// a judgement by the shape of the grip: JOSTLE_SCORE_SHAPE).
+  double chance;
+  /// Angle between the gripped faces, radians.
+  double wedge;
+  /// Between the open fingers and the body itself, metres.
+  double fit_spare;
+  /// Of the length that the pads cover, metres.
+  double cover_spare;
+  /// Between the fingers and the other bodies, metres; infinite without any.
+  double finger_spare;
+  /// Between the space between the fingers and the other bodies, metres; infinite without any.
+  double between_spare;
+  /// Of the gripper's opening over the one asked for, metres.
+  double opening_spare;
+  /// Of the angle between the gripped faces, radians.
+  double wedge_spare;
+  /// The body that `finger_spare` is to; zero without any.
+  struct jostle_body finger_body;
+  /// The body that `between_spare` is to; zero without any.
+  struct jostle_body between_body;
+  struct jostle_grasp_features features;
+} jostle_grasp_report;
 
 /// What the score of a grasp is: one of the JOSTLE_SCORE_ values.
 typedef int32_t jostle_grasp_score;
@@ -497,7 +566,7 @@ typedef struct jostle_model_options {
   const char *gripper;
   /// SHA-256 that the file must have, hexadecimal digits; null (the default) for any.
   const char *sha256;
-  /// 1 lets a network for another gripper pass; jostle_model_info() has a warning then. 0 by default.
+  /// 1 lets a network for another gripper pass, here (jostle_model_info() has a warning then) and in planners. 0 by default.
   uint32_t tolerate;
   /// 0.
   uint32_t reserved;
@@ -564,6 +633,9 @@ typedef struct jostle_planner_options {
   const char *prior;
   /// The network that values pushes; null (the default) for the built-in one. The planner keeps it.
   const struct jostle_model *prior_model;
+  /// The gripper of the scenes that will come: a network that was made for another one is refused by jostle_planner_new. Null
+  /// (the default): by the first call with a scene, as it is in any case.
+  const struct jostle_gripper *gripper;
 } jostle_planner_options;
 
 /// Told how far a decision is; a value other than 0 cancels it. It is called on the thread that decides (the caller's
@@ -848,6 +920,31 @@ typedef int32_t jostle_effect;
 
 /// A path of the scene's own, which this struct does not hold: a scene that has one keeps it (jostle_scene_set_tip_path).
 #define JOSTLE_TIP_OWN 2
+
+/// No part of the body is between the pads.
+#define JOSTLE_LIMIT_NOTHING_BETWEEN 1
+
+/// The body is not pickable.
+#define JOSTLE_LIMIT_NOT_PICKABLE 2
+
+/// The gripper does not open so far.
+#define JOSTLE_LIMIT_OPENING 3
+
+/// The body's width in the opening: it does not fit between the fingers, wherever along the closing direction they are.
+#define JOSTLE_LIMIT_WIDTH 4
+
+/// A finger's clearance to `limit_body`: another body, or the one to be grasped where the fingers come down on it or too
+/// near to it.
+#define JOSTLE_LIMIT_FINGER 5
+
+/// `limit_body`, another one, reaches into the space between the fingers.
+#define JOSTLE_LIMIT_BETWEEN 6
+
+/// The length of the body that the pads cover.
+#define JOSTLE_LIMIT_COVER 7
+
+/// The angle between the gripped faces.
+#define JOSTLE_LIMIT_WEDGE 8
 
 /// A judgement by the shape of the grip (the default).
 #define JOSTLE_SCORE_SHAPE 0
@@ -1269,18 +1366,6 @@ jostle_status jostle_scene_check(const struct jostle_scene *scene);
 jostle_status jostle_scene_hash(const struct jostle_scene *scene,
                                 uint64_t *hash);
 
-/// The best grasp of a body where all bodies are now. *found is 1 if there is one, else 0 and *grasp stays as it was.
-///
-/// Thread: shared use of scene.
-/// RT: no.
-/// Nullable: none.
-/// Owns: nothing.
-/// Errors: ARGUMENT (null, zero body, absent body, bodies that overlap), HANDLE, BUSY, NOT_FOUND, POISONED.
-jostle_status jostle_scene_best_grasp(const struct jostle_scene *scene,
-                                      struct jostle_body body,
-                                      struct jostle_grasp *grasp,
-                                      uint32_t *found);
-
 /// Sets every field to its default; `size` is sizeof(jostle_tip_path) as the caller was compiled. The tables are yours to
 /// give. jostle_tip_path_default() in this header does it for you.
 ///
@@ -1302,6 +1387,77 @@ jostle_status jostle_tip_path_init(struct jostle_tip_path *path,
 /// Errors: ARGUMENT (null, a field: the message names it), HANDLE, BUSY, POISONED, ABI.
 jostle_status jostle_scene_set_tip_path(struct jostle_scene *scene,
                                         const struct jostle_tip_path *path);
+
+/// The best grasp of a body where all bodies are now. *found is 1 if there is one, else 0 and *grasp stays as it was.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: nothing.
+/// Errors: ARGUMENT (null, zero body, absent body, bodies that overlap), HANDLE, BUSY, NOT_FOUND, POISONED.
+jostle_status jostle_scene_best_grasp(const struct jostle_scene *scene,
+                                      struct jostle_body body,
+                                      struct jostle_grasp *grasp,
+                                      uint32_t *found);
+
+/// The best grasps of a body where all bodies are now, best first: at most `most`, fewer where there are no more. No two are
+/// alike: their positions are JOSTLE_GRASPS_APART from each other, or their closing directions JOSTLE_GRASPS_TURNED. The
+/// first is that of jostle_scene_best_grasp, and what a planner without networks would execute; each of the others is the
+/// best of those that are unlike the ones before it. (Scores closer than 1e-9 count as equal.) All are allowed, and each
+/// report is what jostle_scene_examine_grasp says of its grasp, to the bit. A buffer for `most` reports is large enough.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: buffer (with capacity 0: asks for the count).
+/// Owns: the caller owns the buffer.
+/// Errors: ARGUMENT (null, zero body, absent body, most of 0, bodies that overlap), HANDLE, BUSY, BUFFER (count was written),
+/// NOT_FOUND, POISONED.
+jostle_status jostle_scene_best_grasps(const struct jostle_scene *scene,
+                                       struct jostle_body body,
+                                       size_t most,
+                                       struct jostle_grasp_report *buffer,
+                                       size_t capacity,
+                                       size_t *count);
+
+/// All that is known of a grasp of a body where all bodies are now: whether it is allowed and why not, score, chance of
+/// keeping, width, spare room, features. Of `grasp` position, angle and opening are read; an opening of 0 is the gripper's. A
+/// grasp that is not allowed is no failure of the call.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: none.
+/// Owns: `grasp` is copied.
+/// Errors: ARGUMENT (null, zero body, absent body, a number that is none or out of range: the message names the field; bodies
+/// that overlap), HANDLE, BUSY, NOT_FOUND, POISONED.
+jostle_status jostle_scene_examine_grasp(const struct jostle_scene *scene,
+                                         struct jostle_body body,
+                                         const struct jostle_grasp *grasp,
+                                         struct jostle_grasp_report *report);
+
+/// Copies why a grasp is not allowed and what to change, or what leaves an allowed one the least room: a sentence with names
+/// and millimetres, for people. `length` counts the closing zero. Of `grasp` the same is read as by
+/// jostle_scene_examine_grasp.
+///
+/// Thread: shared use of scene.
+/// RT: no.
+/// Nullable: buffer (with capacity 0: asks for the length).
+/// Owns: the caller owns the buffer; `grasp` is copied.
+/// Errors: as jostle_scene_examine_grasp, and BUFFER (length was written).
+jostle_status jostle_scene_explain_grasp(const struct jostle_scene *scene,
+                                         struct jostle_body body,
+                                         const struct jostle_grasp *grasp,
+                                         char *buffer,
+                                         size_t capacity,
+                                         size_t *length);
+
+/// The name of a condition of the grasp rule, such as "cover"; "unknown limit" for other numbers.
+///
+/// Thread: any.
+/// RT: yes.
+/// Nullable: never returns null.
+/// Owns: the library, for ever.
+/// Errors: none.
+const char *jostle_grasp_limit_name(jostle_grasp_limit limit);
 
 /// Sets every field to the gripper robotiq_2f85; `size` is sizeof(jostle_gripper) as the caller was compiled.
 /// jostle_gripper_default() in this header does it for you.
@@ -1773,8 +1929,9 @@ jostle_status jostle_solve_options_init(struct jostle_solve_options *options,
 /// RT: no.
 /// Nullable: options (all defaults).
 /// Owns: the caller owns *planner and frees it with jostle_planner_free; `options` is copied.
-/// Errors: ARGUMENT (null, an option: the message names it), HANDLE, NOT_FOUND (an unknown planner, engine, preset, sampler
-/// or scorer: the message lists the known), UNSUPPORTED, MEMORY, ABI, and what jostle_model_load returns.
+/// Errors: ARGUMENT (null, an option: the message names it; a network made for another gripper than options.gripper),
+/// HANDLE, NOT_FOUND (an unknown planner, engine, preset, sampler or scorer: the message lists the known), UNSUPPORTED,
+/// MEMORY, ABI, and what jostle_model_load returns.
 jostle_status jostle_planner_new(const struct jostle_context *context,
                                  const struct jostle_planner_options *options,
                                  struct jostle_planner **planner);
@@ -1799,8 +1956,9 @@ void jostle_planner_free(struct jostle_planner *planner);
 /// RT: no (for real-time threads: jostle_planner_job_start from another thread, jostle_job_poll from any).
 /// Nullable: options (all defaults).
 /// Owns: the caller owns *plan and frees it with jostle_plan_free.
-/// Errors: ARGUMENT (null, an option, zero target, target absent or not pickable, bodies that overlap), HANDLE, BUSY,
-/// NOT_FOUND (target), UNSUPPORTED, MEMORY, PANIC, POISONED, ABI. Running into a limit and being cancelled are outcomes.
+/// Errors: ARGUMENT (null, an option, zero target, target absent or not pickable, bodies that overlap, a gripper that a
+/// network of the planner was not made for), HANDLE, BUSY, NOT_FOUND (target), UNSUPPORTED, MEMORY, PANIC, POISONED, ABI.
+/// Running into a limit and being cancelled are outcomes.
 jostle_status jostle_planner_solve(struct jostle_planner *planner,
                                    const struct jostle_scene *scene,
                                    struct jostle_body target,
@@ -1814,8 +1972,9 @@ jostle_status jostle_planner_solve(struct jostle_planner *planner,
 /// RT: no.
 /// Nullable: options (all defaults).
 /// Owns: the caller owns *plan and frees it with jostle_plan_free.
-/// Errors: ARGUMENT (null, an option, zero iterations, zero target, target absent or not pickable, bodies that overlap),
-/// HANDLE, BUSY, NOT_FOUND (target), UNSUPPORTED, MEMORY, PANIC, POISONED, ABI.
+/// Errors: ARGUMENT (null, an option, zero iterations, zero target, target absent or not pickable, bodies that overlap, a
+/// gripper that a network of the planner was not made for), HANDLE, BUSY, NOT_FOUND (target), UNSUPPORTED, MEMORY, PANIC,
+/// POISONED, ABI.
 jostle_status jostle_planner_step(struct jostle_planner *planner,
                                   const struct jostle_scene *scene,
                                   struct jostle_body target,
@@ -1886,8 +2045,9 @@ jostle_status jostle_planner_progress(const struct jostle_planner *planner,
 /// RT: no.
 /// Nullable: options (all defaults).
 /// Owns: the caller owns *job and frees it with jostle_job_free.
-/// Errors: ARGUMENT (null, an option, zero target, target absent or not pickable, bodies that overlap), HANDLE, BUSY,
-/// NOT_FOUND (target), STATE (no thread can be started), MEMORY, POISONED, ABI. Later failures are the job's.
+/// Errors: ARGUMENT (null, an option, zero target, target absent or not pickable, bodies that overlap, a gripper that a
+/// network of the planner was not made for), HANDLE, BUSY, NOT_FOUND (target), STATE (no thread can be started), MEMORY,
+/// POISONED, ABI. Later failures are the job's.
 jostle_status jostle_planner_job_start(struct jostle_planner *planner,
                                        const struct jostle_scene *scene,
                                        struct jostle_body target,

@@ -40,6 +40,7 @@ using body_def = jostle_body_def;
 using body_pose = jostle_body_pose;
 using goal = jostle_goal;
 using grasp = jostle_grasp;
+using grasp_report = jostle_grasp_report;
 using image_frame = jostle_image_frame;
 using seen_body = jostle_seen_body;
 using pose2 = jostle_pose2;
@@ -309,6 +310,24 @@ public:
         check(jostle_scene_best_grasp(get(), which, &best, &found));
         if (found) return best;
         return std::nullopt;
+    }
+    /// At most so many of a body's grasps, best first, no two alike.
+    std::vector<grasp_report> best_grasps(body which, std::size_t most) const {
+        return detail::array<grasp_report>([&](grasp_report *to, std::size_t room, std::size_t *count) {
+            return jostle_scene_best_grasps(get(), which, most, to, room, count);
+        });
+    }
+    /// All that is known of a grasp: of `given` position, angle and opening are read.
+    grasp_report examine(body which, const grasp &given) const {
+        grasp_report found{};
+        check(jostle_scene_examine_grasp(get(), which, &given, &found));
+        return found;
+    }
+    /// Why a grasp is not allowed and what to change, or what leaves it the least room: a sentence.
+    std::string explain(body which, const grasp &given) const {
+        return detail::text([&](char *to, std::size_t room, std::size_t *length) {
+            return jostle_scene_explain_grasp(get(), which, &given, to, room, length);
+        });
     }
     /// A square image about a body's centre.
     image_frame frame_around(body which, double heading, double pixel, std::size_t side) const {

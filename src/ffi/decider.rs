@@ -78,6 +78,15 @@ impl Decider {
         }
     }
 
+    /// Refuses a problem that no decision can be made for.
+    pub fn check(&self, problem: &AnyProblem) -> Result<()> {
+        match (self, problem) {
+            (Decider::Retrieve(planner), AnyProblem::Retrieval(problem)) => planner.check(problem),
+            (Decider::Clear(planner), AnyProblem::Clearing(problem)) => planner.check(problem),
+            _ => Ok(()),
+        }
+    }
+
     /// Makes the decision and says so in the log.
     pub fn decide(&mut self, request: &Request, log: &Arc<Log>) -> Result<Plan> {
         let bodies = request.bodies.clone();

@@ -126,8 +126,9 @@ fn run(planner: &Shared, request: &Request, running: &Running, log: &Arc<Log>, r
 /// RT: no.
 /// Nullable: options (all defaults).
 /// Owns: the caller owns *job and frees it with jostle_job_free.
-/// Errors: ARGUMENT (null, an option, zero target, target absent or not pickable, bodies that overlap), HANDLE, BUSY,
-/// NOT_FOUND (target), STATE (no thread can be started), MEMORY, POISONED, ABI. Later failures are the job's.
+/// Errors: ARGUMENT (null, an option, zero target, target absent or not pickable, bodies that overlap, a gripper that a
+/// network of the planner was not made for), HANDLE, BUSY, NOT_FOUND (target), STATE (no thread can be started), MEMORY,
+/// POISONED, ABI. Later failures are the job's.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn jostle_planner_job_start(
     planner: *mut jostle_planner,
@@ -143,6 +144,7 @@ pub unsafe extern "C" fn jostle_planner_job_start(
         guard::lock(&planner.shared.deciding, "planner")?.whole()?;
         // SAFETY: the caller promises an initialised struct.
         let mut request = unsafe { Request::read(call, &planner.shared, scene, target, options) }?;
+        guard::lock(&planner.shared.deciding, "planner")?.whole()?.check(&request.problem)?;
         let cancel = CancelToken::new();
         request.control.cancel.push(cancel.clone());
 

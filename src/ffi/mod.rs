@@ -12,6 +12,7 @@
 //! | `context`, `scene`, `body`, `planner`, `job`, `plan`, `cancel`, `progress`, `simulator`, `model` | one noun each |
 //! | `options`, `goal`, `scene_file` | more of scenes: gripper, workspace, friction; goals; files and the generator |
 //! | `image`, `camera` | images of scenes; scenes and poses from images |
+//! | `grasp` | grasps of a scene's bodies: the best few, and any one examined |
 //! | `action` | actions, which plans and simulators share |
 //! | `decider` | the two kinds of planners behind a planner's handle |
 
@@ -27,6 +28,7 @@ pub mod cancel;
 pub mod context;
 mod decider;
 pub mod goal;
+pub mod grasp;
 mod guard;
 mod handle;
 pub mod image;

@@ -42,7 +42,7 @@ pub struct jostle_model_options {
     pub gripper: *const c_char,
     /// SHA-256 that the file must have, hexadecimal digits; null (the default) for any.
     pub sha256: *const c_char,
-    /// 1 lets a network for another gripper pass; jostle_model_info() has a warning then. 0 by default.
+    /// 1 lets a network for another gripper pass, here (jostle_model_info() has a warning then) and in planners. 0 by default.
     pub tolerate: u32,
     /// 0.
     pub reserved: u32,

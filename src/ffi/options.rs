@@ -141,62 +141,84 @@ pub unsafe extern "C" fn jostle_scene_set_gripper(
 ) -> jostle_status {
     with_mut("jostle_scene_set_gripper", scene, |content| {
         // SAFETY: the caller promises an initialised struct.
-        let g = unsafe { read_sized(gripper, "gripper") }?;
-        let mut new = Gripper {
-            name: String::new(),
-            push: PushTip { width: g.push_width, thickness: g.push_thickness, clearance: g.push_clearance },
-            grasp: Grasper {
-                opening: g.opening,
-                finger_width: g.finger_width,
-                finger_thickness: g.finger_thickness,
-                finger_clearance: g.finger_clearance,
-                fit: g.fit,
-                pad_edge: g.pad_edge,
-                min_cover: g.min_cover,
-                max_wedge: g.max_wedge,
-            },
-            keeping: None,
-            path: None,
-        };
-        new.path = path_of(g.tip_path, &new, content.gripper.path.as_ref())?;
-        new.keeping = keeping_of(g.grasp_score, &new, content.gripper.keeping.as_ref())?;
-        new.validate().map_err(|error| {
-            let mut failure = Failure::from(error);
-            failure.message =
-                failure.message.replace("gripper.push.", "gripper.push_").replace("gripper.grasp.", "gripper.");
-            failure
-        })?;
-        // Files and reports name a gripper of the library by its name.
-        new.name = new.known_name().unwrap_or("custom").to_string();
-        content.gripper = new;
+        content.gripper = unsafe { read_gripper(gripper, "gripper", Some(&content.gripper)) }?;
         content.changed();
         Ok(())
     })
 }
 
+/// Reads and checks a caller's gripper, which failures call `field`; `own` is what JOSTLE_SCORE_OWN keeps.
+///
+/// # Safety
+/// `gripper` is null or a struct of its size.
+pub(super) unsafe fn read_gripper(
+    gripper: *const jostle_gripper,
+    field: &str,
+    own: Option<&Gripper>,
+) -> Outcome<Gripper> {
+    // SAFETY: as promised by the caller.
+    let g = unsafe { read_sized(gripper, field) }?;
+    let mut new = Gripper {
+        name: String::new(),
+        push: PushTip { width: g.push_width, thickness: g.push_thickness, clearance: g.push_clearance },
+        grasp: Grasper {
+            opening: g.opening,
+            finger_width: g.finger_width,
+            finger_thickness: g.finger_thickness,
+            finger_clearance: g.finger_clearance,
+            fit: g.fit,
+            pad_edge: g.pad_edge,
+            min_cover: g.min_cover,
+            max_wedge: g.max_wedge,
+        },
+        keeping: None,
+        path: None,
+    };
+    new.path = path_of(g.tip_path, &new, own.and_then(|own| own.path.as_ref()), field)?;
+    new.keeping = keeping_of(g.grasp_score, &new, own.and_then(|own| own.keeping.as_ref()), field)?;
+    new.validate().map_err(|error| {
+        let mut failure = Failure::from(error);
+        failure.message = failure
+            .message
+            .replace("gripper.push.", &format!("{field}.push_"))
+            .replace("gripper.grasp.", &format!("{field}."));
+        failure
+    })?;
+    // Files and reports name a gripper of the library by its name.
+    new.name = new.known_name().unwrap_or("custom").to_string();
+    Ok(new)
+}
+
 /// The model that a value of `grasp_score` names, for a gripper of these measures.
-fn keeping_of(score: jostle_grasp_score, gripper: &Gripper, own: Option<&Keeping>) -> Outcome<Option<Keeping>> {
+fn keeping_of(
+    score: jostle_grasp_score,
+    gripper: &Gripper,
+    own: Option<&Keeping>,
+    field: &str,
+) -> Outcome<Option<Keeping>> {
+    let field = format!("{field}.grasp_score");
     match (score, own) {
         (JOSTLE_SCORE_SHAPE, _) => Ok(None),
         (JOSTLE_SCORE_KEPT, _) => Ok(Some(Keeping::robotiq_2f85().scaled(gripper.scale()))),
         (JOSTLE_SCORE_OWN, Some(own)) => Ok(Some(own.clone())),
         (JOSTLE_SCORE_OWN, None) => {
-            Err(Failure::argument("gripper.grasp_score", "is 2, but the scene has no tables of its own to score by"))
+            Err(Failure::argument(&field, "is 2, but the scene has no tables of its own to score by"))
         }
-        _ => Err(Failure::argument("gripper.grasp_score", format!("is {score}; it must be a JOSTLE_SCORE_ value"))),
+        _ => Err(Failure::argument(&field, format!("is {score}; it must be a JOSTLE_SCORE_ value"))),
     }
 }
 
 /// The path that a value of `tip_path` names, for a gripper of these measures.
-fn path_of(tip: jostle_tip, gripper: &Gripper, own: Option<&TipPath>) -> Outcome<Option<TipPath>> {
+fn path_of(tip: jostle_tip, gripper: &Gripper, own: Option<&TipPath>, field: &str) -> Outcome<Option<TipPath>> {
+    let field = format!("{field}.tip_path");
     match (tip, own) {
         (JOSTLE_TIP_STRAIGHT, _) => Ok(None),
         (JOSTLE_TIP_UR5E, _) => Ok(Some(TipPath::ur5e().scaled(gripper.scale()))),
         (JOSTLE_TIP_OWN, Some(own)) => Ok(Some(own.clone())),
         (JOSTLE_TIP_OWN, None) => {
-            Err(Failure::argument("gripper.tip_path", "is 2, but the scene has no path of its own for the tip"))
+            Err(Failure::argument(&field, "is 2, but the scene has no path of its own for the tip"))
         }
-        _ => Err(Failure::argument("gripper.tip_path", format!("is {tip}; it must be a JOSTLE_TIP_ value"))),
+        _ => Err(Failure::argument(&field, format!("is {tip}; it must be a JOSTLE_TIP_ value"))),
     }
 }
 

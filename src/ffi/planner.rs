@@ -15,6 +15,7 @@ use super::guard::{self, Call, free, guard};
 use super::handle::{Kind, Object};
 use super::log::Log;
 use super::model::{LoadedModel, jostle_model};
+use super::options::{jostle_gripper, read_gripper};
 use super::plan::{Plan, jostle_plan};
 use super::progress::{Listener, Publisher, jostle_progress, jostle_progress_callback};
 use super::scene::{Bodies, Scene, jostle_scene};
@@ -102,6 +103,9 @@ pub struct jostle_planner_options {
     pub prior: *const c_char,
     /// The network that values pushes; null (the default) for the built-in one. The planner keeps it.
     pub prior_model: *const jostle_model,
+    /// The gripper of the scenes that will come: a network that was made for another one is refused by jostle_planner_new. Null
+    /// (the default): by the first call with a scene, as it is in any case.
+    pub gripper: *const jostle_gripper,
 }
 
 // SAFETY: repr(C), struct_size first, numbers and pointers without padding.
@@ -134,6 +138,7 @@ unsafe impl Sized32 for jostle_planner_options {
             engine_model: std::ptr::null(),
             prior: std::ptr::null(),
             prior_model: std::ptr::null(),
+            gripper: std::ptr::null(),
         }
     }
 }
@@ -269,6 +274,11 @@ impl Deciding {
         if self.broken { Err(Failure::poisoned("planner")) } else { Ok(self) }
     }
 
+    /// Refuses a problem that no decision can be made for.
+    pub fn check(&self, problem: &AnyProblem) -> Outcome {
+        Ok(self.engine.check(problem)?)
+    }
+
     /// A panic left it half made.
     pub fn break_off(&mut self) {
         self.broken = true;
@@ -354,6 +364,11 @@ unsafe fn engine_options(
     let scorer_model = network(o.scorer_model, "options.scorer_model")?;
     let engine_model = network(o.engine_model, "options.engine_model")?;
     let prior_model = network(o.prior_model, "options.prior_model")?;
+    let gripper = match o.gripper.is_null() {
+        true => None,
+        // SAFETY: the caller promises an initialised struct.
+        false => Some(unsafe { read_gripper(o.gripper, "options.gripper", None) }?),
+    };
     // The model takes the preset's place.
     let preset = preset.or((engine == Some("dipn") && engine_model.is_some()).then_some("given"));
     let limit = |value: u64| (value != JOSTLE_NO_LIMIT).then_some(value);
@@ -373,6 +388,7 @@ unsafe fn engine_options(
         engine_model,
         prior: prior.map(String::from),
         prior_model,
+        gripper,
         seed: o.seed,
         threads: threads as usize,
         lanes: (o.lanes != 0).then_some(o.lanes as usize),
@@ -421,8 +437,9 @@ fn c_field(error: Error) -> Failure {
 /// RT: no.
 /// Nullable: options (all defaults).
 /// Owns: the caller owns *planner and frees it with jostle_planner_free; `options` is copied.
-/// Errors: ARGUMENT (null, an option: the message names it), HANDLE, NOT_FOUND (an unknown planner, engine, preset, sampler
-/// or scorer: the message lists the known), UNSUPPORTED, MEMORY, ABI, and what jostle_model_load returns.
+/// Errors: ARGUMENT (null, an option: the message names it; a network made for another gripper than options.gripper),
+/// HANDLE, NOT_FOUND (an unknown planner, engine, preset, sampler or scorer: the message lists the known), UNSUPPORTED,
+/// MEMORY, ABI, and what jostle_model_load returns.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn jostle_planner_new(
     context: *const jostle_context,
@@ -491,8 +508,9 @@ unsafe fn decide(
 /// RT: no (for real-time threads: jostle_planner_job_start from another thread, jostle_job_poll from any).
 /// Nullable: options (all defaults).
 /// Owns: the caller owns *plan and frees it with jostle_plan_free.
-/// Errors: ARGUMENT (null, an option, zero target, target absent or not pickable, bodies that overlap), HANDLE, BUSY,
-/// NOT_FOUND (target), UNSUPPORTED, MEMORY, PANIC, POISONED, ABI. Running into a limit and being cancelled are outcomes.
+/// Errors: ARGUMENT (null, an option, zero target, target absent or not pickable, bodies that overlap, a gripper that a
+/// network of the planner was not made for), HANDLE, BUSY, NOT_FOUND (target), UNSUPPORTED, MEMORY, PANIC, POISONED, ABI.
+/// Running into a limit and being cancelled are outcomes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn jostle_planner_solve(
     planner: *mut jostle_planner,
@@ -512,8 +530,9 @@ pub unsafe extern "C" fn jostle_planner_solve(
 /// RT: no.
 /// Nullable: options (all defaults).
 /// Owns: the caller owns *plan and frees it with jostle_plan_free.
-/// Errors: ARGUMENT (null, an option, zero iterations, zero target, target absent or not pickable, bodies that overlap),
-/// HANDLE, BUSY, NOT_FOUND (target), UNSUPPORTED, MEMORY, PANIC, POISONED, ABI.
+/// Errors: ARGUMENT (null, an option, zero iterations, zero target, target absent or not pickable, bodies that overlap, a
+/// gripper that a network of the planner was not made for), HANDLE, BUSY, NOT_FOUND (target), UNSUPPORTED, MEMORY, PANIC,
+/// POISONED, ABI.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn jostle_planner_step(
     planner: *mut jostle_planner,

@@ -6,7 +6,6 @@ use std::sync::{Arc, OnceLock, RwLock};
 use super::abi::{
     boolean, fill, fill_text, jostle_body, jostle_body_pose, jostle_pose2, out, out_handle, pose, read, slice, text,
 };
-use super::action::{c_grasp, jostle_grasp};
 use super::body::{jostle_body_def, read_def};
 use super::context::{Context, jostle_context};
 use super::guard::{self, free, guard};
@@ -15,7 +14,7 @@ use super::log::Log;
 use super::status::{Failure, JOSTLE_ERROR_NOT_FOUND, Outcome, jostle_status};
 use crate::error::Error;
 use crate::geom::Pose2;
-use crate::grasp::{GraspParams, GraspScratch, GraspTest};
+use crate::grasp::{GraspParams, GraspTest};
 use crate::scene::{
     Body, BodyDef, Clearing, DEFAULT_OVERLAP_TOLERANCE, Friction, Goal, Gripper, MAX_BODIES, Problem, Rearrangement,
     Scene as Model, SceneBuilder, State, Workspace, check_pose,
@@ -188,6 +187,17 @@ impl Content {
             .overlap_tolerance(self.overlap_tolerance);
         let model = Arc::new(builder.build()?);
         Ok(Arc::clone(self.model.get_or_init(|| model)))
+    }
+
+    /// What grasps of a body are examined with, and its index: it is present, and no bodies overlap.
+    pub fn graspable(&self, body: jostle_body) -> Outcome<(Observed, Arc<GraspTest>, usize)> {
+        let index = self.bodies.index(body, "body")?;
+        let observed = self.observed()?;
+        if !observed.state.is_present(index) {
+            return Err(Failure::argument("body", format!("`{}` is not present", self.defs[index].name)));
+        }
+        let test = self.grasp_test(&observed.model)?;
+        Ok((observed, test, index))
     }
 
     fn grasp_test(&self, model: &Model) -> Outcome<Arc<GraspTest>> {
@@ -652,38 +662,6 @@ pub unsafe extern "C" fn jostle_scene_hash(scene: *const jostle_scene, hash: *mu
         // SAFETY: the caller promises a writable place.
         let out = unsafe { out(hash, "hash") }?;
         out.set(content.hash()?);
-        Ok(())
-    })
-}
-
-/// The best grasp of a body where all bodies are now. *found is 1 if there is one, else 0 and *grasp stays as it was.
-///
-/// Thread: shared use of scene.
-/// RT: no.
-/// Nullable: none.
-/// Owns: nothing.
-/// Errors: ARGUMENT (null, zero body, absent body, bodies that overlap), HANDLE, BUSY, NOT_FOUND, POISONED.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn jostle_scene_best_grasp(
-    scene: *const jostle_scene,
-    body: jostle_body,
-    grasp: *mut jostle_grasp,
-    found: *mut u32,
-) -> jostle_status {
-    with("jostle_scene_best_grasp", scene, |content| {
-        // SAFETY: the caller promises writable places.
-        let (grasp, found) = unsafe { (out(grasp, "grasp")?, out(found, "found")?) };
-        let index = content.bodies.index(body, "body")?;
-        let observed = content.observed()?;
-        if !observed.state.is_present(index) {
-            return Err(Failure::argument("body", format!("`{}` is not present", content.defs[index].name)));
-        }
-        let test = content.grasp_test(&observed.model)?;
-        let best = test.best(&observed.model, &observed.state, index, &mut GraspScratch::default());
-        found.set(u32::from(best.is_some()));
-        if let Some(best) = best {
-            grasp.set(c_grasp(&best));
-        }
         Ok(())
     })
 }

@@ -5,7 +5,7 @@ use super::map::MapScorer;
 use super::params::GraspParams;
 use super::scorer::{GeometricScorer, Scorer};
 use crate::error::{Error, Result};
-use crate::net::{Gc, Gn, Kind, LoadOptions, Model, check_gripper};
+use crate::net::{Gc, Gn, Kind, LoadOptions, Model, ModelInfo, check_gripper};
 use crate::scene::Scene;
 
 /// The names of the scorers.
@@ -19,6 +19,11 @@ pub struct Networks {
 }
 
 impl Networks {
+    /// What their files say.
+    pub fn infos(&self) -> impl Iterator<Item = &ModelInfo> {
+        [&self.gc, &self.gn].into_iter().flatten().map(Model::info)
+    }
+
     /// What a scorer needs: the model given, else the built-in one of the scorer's name. Errors name `scorer`.
     pub fn new(scorer: &str, model: Option<Model>) -> Result<Networks> {
         let load = |kind: Kind| match model.clone() {
@@ -53,12 +58,12 @@ pub fn scorer(name: &str, scene: &Scene, networks: &Networks) -> Result<Box<dyn 
         "geometric" => Ok(Box::new(GeometricScorer::new(scene, GraspParams::default())?)),
         "gc" => {
             let model = networks.gc.clone().ok_or_else(missing)?;
-            check_gripper(&model, scene)?;
+            check_gripper("scene.gripper", model.info(), scene.gripper())?;
             Ok(Box::new(GraspabilityScorer::new(scene, std::sync::Arc::new(Gc::new(model)?))?))
         }
         "gn" => {
             let model = networks.gn.clone().ok_or_else(missing)?;
-            check_gripper(&model, scene)?;
+            check_gripper("scene.gripper", model.info(), scene.gripper())?;
             Ok(Box::new(MapScorer::new(std::sync::Arc::new(Gn::new(model)?))?))
         }
         _ => Err(unknown(name)),

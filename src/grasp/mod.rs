@@ -7,6 +7,7 @@
 //! | `hold` | what the jaw finds between its pads: width, cover, wedge; and the score |
 //! | `table` | the holds of a body that its own shape allows, worked out once for a scene |
 //! | `test` | [`GraspTest`]: the best grasp of a body in a state; [`GraspCheck`]: one grasp examined |
+//! | `examine` | [`GraspExamination`]: all that is known of a grasp, and of the best ones of a body |
 //! | `failed` | [`FailedGrasp`]: less belief in grasps like those that failed |
 //! | `dense` | the score of every grasp on a grid of positions and directions |
 //! | `graspability` | [`GraspabilityScorer`]: a network of kind `gc` as a scorer |
@@ -19,6 +20,9 @@
 
 mod choice;
 mod dense;
+mod examine;
+#[cfg(test)]
+mod examine_tests;
 mod failed;
 mod graspability;
 mod hold;
@@ -38,6 +42,7 @@ mod tests;
 
 pub use choice::{Networks, SCORERS, check_scorer, scorer};
 pub use dense::GraspGrid;
+pub use examine::{APART, GraspExamination, GraspSpares};
 pub use failed::FailedGrasp;
 pub use graspability::GraspabilityScorer;
 pub use holds::Jaw;

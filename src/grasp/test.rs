@@ -67,15 +67,20 @@ struct Block {
 /// A condition of the grasp rule.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Limit {
-    /// The target is not there, may not be grasped, or is not between the pads.
+    /// The target is not there, or no part of it is between the pads.
     Missing,
+    /// The target may not be grasped ([`crate::scene::Body::pickable`]).
+    NotPickable,
+    /// The gripper does not open so far.
+    Opening,
     /// The gripped faces are too far out of parallel.
     Wedge,
     /// The target's width in the opening.
     Width,
     /// The length of the target that the pads cover.
     Cover,
-    /// The clearance of a finger to this body.
+    /// The clearance of a finger to this body; to the target itself where that would fit between the fingers, but not with
+    /// the jaw's middle here.
     Finger { body: usize },
     /// This body reaches between the fingers.
     Jaw { body: usize },
@@ -112,17 +117,37 @@ pub struct GraspCheck {
 impl GraspCheck {
     /// All conditions hold.
     pub fn holds(&self) -> bool {
-        self.margin >= 0.0 && !matches!(self.limit, Limit::Missing | Limit::Wedge)
+        self.margin >= 0.0 && !matches!(self.limit, Limit::Missing | Limit::NotPickable | Limit::Wedge)
+    }
+
+    /// Nothing to grasp.
+    pub(super) fn missing(scene: &Scene, body: usize) -> GraspCheck {
+        let kept_back = scene.bodies().get(body).is_some_and(|body| !body.pickable);
+        GraspCheck {
+            margin: f64::NEG_INFINITY,
+            limit: if kept_back { Limit::NotPickable } else { Limit::Missing },
+            wedge: 0.0,
+            width: 0.0,
+            score: 0.0,
+            chance: scene.gripper().keeping.as_ref().map(|_| 0.0),
+        }
     }
 }
 
-/// The best grasp so far.
+/// A grasp of the search's.
 #[derive(Clone, Copy)]
-struct Best {
+pub(super) struct Best {
     candidate: Candidate,
     x: f64,
     margin: f64,
     score: f64,
+}
+
+impl Best {
+    /// Which of two is the better; rounding must not choose.
+    pub fn beats(&self, other: &Best) -> bool {
+        self.score > other.score + EQUAL || (self.score > other.score - EQUAL && self.margin > other.margin + EQUAL)
+    }
 }
 
 impl GraspTest {
@@ -149,7 +174,7 @@ impl GraspTest {
         Self { failed: failed.to_vec(), ..self.clone() }
     }
 
-    fn with_tables<R>(&self, scene: &Scene, run: impl FnOnce(&Tables) -> R) -> R {
+    pub(super) fn with_tables<R>(&self, scene: &Scene, run: impl FnOnce(&Tables) -> R) -> R {
         match &self.tables {
             Some(tables) if tables.fits(scene) => run(tables),
             _ => run(&Tables::new(scene, &self.params)),
@@ -230,7 +255,7 @@ impl GraspTest {
 
     /// The best grasp. Where there is none and it is asked for, the least violation of the rule, metres: at one hold,
     /// the sum over the bodies in the way of how far each would have to go.
-    fn search(
+    pub(super) fn search(
         &self,
         tables: &Tables,
         scene: &Scene,
@@ -239,29 +264,9 @@ impl GraspTest {
         scratch: &mut GraspScratch,
         mut violation: Option<&mut f64>,
     ) -> Option<Grasp> {
-        if body >= scene.len() || !state.is_present(body) || !scene.body(body).pickable {
-            return None;
-        }
-        let table = tables.body(scene, body)?;
-        let params = &tables.params;
-        let (rule, grasper) = (Rule::new(scene.gripper(), params.score), &scene.gripper().grasp);
-        let enough = rule.enough_clearance();
-        let GraspScratch { near, views, blocks, blocked, .. } = scratch;
-        let pose = state.pose(body);
-        let own = pose.frame();
-        near.clear();
-        near.extend(state.iter().filter(|(i, _)| *i != body).filter_map(|(i, other)| {
-            let away = other.position() - own.origin;
-            let reach = table.reach + scene.body(i).footprint.radius;
-            (away.norm_squared() < reach * reach).then(|| (i, seen_from(&own, &other.frame())))
-        }));
-        if views.len() < table.directions.len() {
-            views.resize_with(table.directions.len(), View::default);
-        }
-        views.iter_mut().for_each(|v| v.ready = false);
-
+        let mut trial = Trial::new(self, tables, scene, state, body, scratch)?;
         let mut best: Option<Best> = None;
-        for candidate in &table.candidates {
+        for candidate in &trial.table.candidates {
             if let Some(b) = &best {
                 // Sorted by score: nothing better comes.
                 if candidate.hold.score < b.score - EQUAL {
@@ -271,87 +276,23 @@ impl GraspTest {
                     continue;
                 }
             }
-            let view = &mut views[candidate.direction];
-            if !view.ready {
-                let (_, sin, cos) = table.directions[candidate.direction];
-                let jaw = Frame { origin: Vec2::zeros(), sin, cos };
-                view.pieces.clear();
-                for (i, frame) in near.iter() {
-                    view.pieces.add(*i, &scene.body(*i).footprint, &seen_from(&jaw, frame));
-                }
-                view.ready = true;
-            }
-            let wanted = candidate.guide && violation.is_some() && best.is_none();
-            let free = collect_blocks(&view.pieces, candidate, grasper, !wanted, blocks)
-                .then(|| roomiest(&candidate.hold, blocks, blocked, enough))
-                .flatten();
-            let Some(x) = free else {
-                if let Some(least) = violation.as_deref_mut().filter(|_| wanted) {
-                    measure(&candidate.hold, blocks, params.near_across, least);
-                }
-                continue;
-            };
-            let cap = candidate.margin.max(enough);
-            let room = Room::about(&view.pieces, x, candidate.y, candidate.opening, grasper, cap);
-            // A position between the blocks is legal; rounding may say otherwise by a hair.
-            let spare = room.spare.max(0.0);
-            let mut score = candidate.hold.scored(x, candidate.opening, room.gap, spare, &rule);
-            if !self.failed.is_empty() {
-                score *= self.believed(table, candidate, x, body, rule.scale);
-            }
-            let margin = spare
-                .min(candidate.hold.fit_spare(x, candidate.opening, grasper).max(0.0))
-                .min((x - candidate.hold.lo).min(candidate.hold.hi - x).max(0.0))
-                .min(candidate.hold.cover - grasper.min_cover);
-            let better =
-                best.is_none_or(|b| score > b.score + EQUAL || (score > b.score - EQUAL && margin > b.margin + EQUAL));
-            if better {
-                best = Some(Best { candidate: *candidate, x, margin, score });
+            let wanted = candidate.guide && best.is_none();
+            let Some(found) = trial.grasp(candidate, violation.as_deref_mut().filter(|_| wanted)) else { continue };
+            if best.is_none_or(|b| found.beats(&b)) {
+                best = Some(found);
             }
         }
-        best.map(|b| to_grasp(&b, table, body, &pose, &own))
+        best.map(|b| trial.placed(&b))
     }
 
     /// Examines one grasp by the same rule, whatever its direction and position. Its `margin`, `score` and `width`
     /// are not read.
     pub fn check(&self, scene: &Scene, state: &State, grasp: &Grasp, scratch: &mut GraspScratch) -> GraspCheck {
         let score = self.params.score.fitted(scene.gripper());
-        let Some((hold, features, room)) = look(scene, state, grasp, score, scratch) else {
-            return GraspCheck {
-                margin: f64::NEG_INFINITY,
-                limit: Limit::Missing,
-                wedge: 0.0,
-                width: 0.0,
-                score: 0.0,
-                chance: scene.gripper().keeping.as_ref().map(|_| 0.0),
-            };
-        };
-        let grasper = &scene.gripper().grasp;
-        let mut check = GraspCheck {
-            margin: hold.fit_spare(0.0, grasp.opening, grasper),
-            limit: Limit::Width,
-            wedge: hold.wedge,
-            width: hold.width(),
-            score: 0.0,
-            chance: scene.gripper().keeping.as_ref().map(|keeping| keeping.chance(&features)),
-        };
-        let mut consider = |spare: f64, limit: Limit| {
-            if spare < check.margin {
-                (check.margin, check.limit) = (spare, limit);
-            }
-        };
-        consider((-hold.lo).min(hold.hi), Limit::Finger { body: grasp.body });
-        if grasp.opening > grasper.opening {
-            consider(grasper.opening - grasp.opening, Limit::Width);
+        match look(scene, state, grasp, score, scratch) {
+            Some(met) => met.judged(scene, grasp, &score, 0.0),
+            None => GraspCheck::missing(scene, grasp.body),
         }
-        consider(hold.cover - grasper.min_cover, Limit::Cover);
-        consider(room.spare, room.limit);
-        if hold.wedge > grasper.max_wedge {
-            check.limit = Limit::Wedge;
-        } else if check.margin >= 0.0 {
-            check.score = check.chance.unwrap_or_else(|| hold.score * score.clearance(room.spare));
-        }
-        check
     }
 
     /// What one grasp is known by, whatever the rule says of it. None where no part of the body is between the pads, or
@@ -364,18 +305,166 @@ impl GraspTest {
         scratch: &mut GraspScratch,
     ) -> Option<GraspFeatures> {
         let score = self.params.score.fitted(scene.gripper());
-        look(scene, state, grasp, score, scratch).map(|(_, features, _)| features)
+        look(scene, state, grasp, score, scratch).map(|met| met.features)
+    }
+}
+
+/// A body among the others, made ready for its holds to be tried.
+pub(super) struct Trial<'a> {
+    test: &'a GraspTest,
+    scene: &'a Scene,
+    pub table: &'a BodyTable,
+    params: &'a GraspParams,
+    rule: Rule<'a>,
+    body: usize,
+    pose: Pose2,
+    own: Frame,
+    scratch: &'a mut GraspScratch,
+}
+
+impl<'a> Trial<'a> {
+    /// None for a body that is absent or not pickable.
+    pub fn new(
+        test: &'a GraspTest,
+        tables: &'a Tables,
+        scene: &'a Scene,
+        state: &State,
+        body: usize,
+        scratch: &'a mut GraspScratch,
+    ) -> Option<Self> {
+        if body >= scene.len() || !state.is_present(body) || !scene.body(body).pickable {
+            return None;
+        }
+        let table = tables.body(scene, body)?;
+        let params = &tables.params;
+        let rule = Rule::new(scene.gripper(), params.score);
+        let GraspScratch { near, views, .. } = &mut *scratch;
+        let pose = state.pose(body);
+        let own = pose.frame();
+        near.clear();
+        near.extend(state.iter().filter(|(i, _)| *i != body).filter_map(|(i, other)| {
+            let away = other.position() - own.origin;
+            let reach = table.reach + scene.body(i).footprint.radius;
+            (away.norm_squared() < reach * reach).then(|| (i, seen_from(&own, &other.frame())))
+        }));
+        if views.len() < table.directions.len() {
+            views.resize_with(table.directions.len(), View::default);
+        }
+        views.iter_mut().for_each(|v| v.ready = false);
+        Some(Trial { test, scene, table, params, rule, body, pose, own, scratch })
+    }
+
+    /// The candidate where it has the most room, if it has any. Where it has none and that is asked for, lowers `least`
+    /// to the candidate's violation.
+    pub fn grasp(&mut self, candidate: &Candidate, least: Option<&mut f64>) -> Option<Best> {
+        let (rule, grasper) = (&self.rule, &self.scene.gripper().grasp);
+        let enough = rule.enough_clearance();
+        let GraspScratch { near, views, blocks, blocked, .. } = &mut *self.scratch;
+        let view = &mut views[candidate.direction];
+        if !view.ready {
+            let (_, sin, cos) = self.table.directions[candidate.direction];
+            let jaw = Frame { origin: Vec2::zeros(), sin, cos };
+            view.pieces.clear();
+            for (i, frame) in near.iter() {
+                view.pieces.add(*i, &self.scene.body(*i).footprint, &seen_from(&jaw, frame));
+            }
+            view.ready = true;
+        }
+        let free = collect_blocks(&view.pieces, candidate, grasper, least.is_none(), blocks)
+            .then(|| roomiest(&candidate.hold, blocks, blocked, enough))
+            .flatten();
+        let Some(x) = free else {
+            if let Some(least) = least {
+                measure(&candidate.hold, blocks, self.params.near_across, least);
+            }
+            return None;
+        };
+        let cap = candidate.margin.max(enough);
+        let room = Room::about(&view.pieces, x, candidate.y, candidate.opening, grasper, cap);
+        // A position between the blocks is legal; rounding may say otherwise by a hair.
+        let spare = room.spare.max(0.0);
+        let mut score = candidate.hold.scored(x, candidate.opening, room.gap, spare, rule);
+        if !self.test.failed.is_empty() {
+            score *= self.test.believed(self.table, candidate, x, self.body, rule.scale);
+        }
+        let margin = spare
+            .min(candidate.hold.fit_spare(x, candidate.opening, grasper).max(0.0))
+            .min((x - candidate.hold.lo).min(candidate.hold.hi - x).max(0.0))
+            .min(candidate.hold.cover - grasper.min_cover);
+        Some(Best { candidate: *candidate, x, margin, score })
+    }
+
+    /// The same in the world.
+    pub fn placed(&self, best: &Best) -> Grasp {
+        to_grasp(best, self.table, self.body, &self.pose, &self.own)
     }
 }
 
 /// What the jaw meets at one grasp.
-fn look(
+pub(super) struct Met {
+    hold: Hold,
+    pub features: GraspFeatures,
+    room: Room,
+}
+
+impl Met {
+    /// What the rule says. Lengths that are missing by no more than `hair` are there.
+    pub fn judged(&self, scene: &Scene, grasp: &Grasp, score: &GraspScore, hair: f64) -> GraspCheck {
+        let (grasper, hold, room) = (&scene.gripper().grasp, &self.hold, &self.room);
+        let fit = hold.fit_spare(0.0, grasp.opening, grasper);
+        let aside = fit < 0.0 && hold.width() + 2.0 * grasper.fit <= grasp.opening;
+        let mut check = GraspCheck {
+            margin: fit,
+            limit: if aside { Limit::Finger { body: grasp.body } } else { Limit::Width },
+            wedge: hold.wedge,
+            width: hold.width(),
+            score: 0.0,
+            chance: scene.gripper().keeping.as_ref().map(|keeping| keeping.chance(&self.features)),
+        };
+        let mut consider = |spare: f64, limit: Limit| {
+            if spare < check.margin {
+                (check.margin, check.limit) = (spare, limit);
+            }
+        };
+        consider((-hold.lo).min(hold.hi), Limit::Finger { body: grasp.body });
+        if grasp.opening > grasper.opening {
+            consider(grasper.opening - grasp.opening, Limit::Opening);
+        }
+        consider(hold.cover - grasper.min_cover, Limit::Cover);
+        consider(room.spare, room.limit);
+        if hold.wedge > grasper.max_wedge {
+            check.limit = Limit::Wedge;
+        } else if check.margin >= -hair {
+            check.margin = check.margin.max(0.0);
+            check.score = check.chance.unwrap_or_else(|| hold.score * score.clearance(room.spare));
+        }
+        check
+    }
+
+    /// Spare room between the open fingers and the target, metres.
+    pub fn fit_spare(&self, opening: f64, grasper: &Grasper) -> f64 {
+        self.hold.fit_spare(0.0, opening, grasper).min((-self.hold.lo).min(self.hold.hi))
+    }
+
+    /// A part of the target is between the open pads.
+    pub fn is_between(&self, opening: f64) -> bool {
+        self.hold.left < opening / 2.0 && self.hold.right > -opening / 2.0
+    }
+
+    /// Length of the target that the pads cover, metres.
+    pub fn cover(&self) -> f64 {
+        self.hold.cover
+    }
+}
+
+/// Looks at one grasp; the scratch's pieces are then those of the other bodies, as the jaw sees them.
+pub(super) fn look(
     scene: &Scene,
     state: &State,
     grasp: &Grasp,
     score: GraspScore,
     scratch: &mut GraspScratch,
-) -> Option<(Hold, GraspFeatures, Room)> {
+) -> Option<Met> {
     let finite = grasp.position.iter().all(|v| v.is_finite()) && grasp.angle.is_finite() && grasp.opening > 0.0;
     if grasp.body >= scene.len() || !state.is_present(grasp.body) || !scene.body(grasp.body).pickable || !finite {
         return None;
@@ -393,7 +482,7 @@ fn look(
     }
     let room = Room::about(pieces, 0.0, 0.0, grasp.opening, &scene.gripper().grasp, f64::INFINITY);
     features.clearance = room.gap.min(hold.gap(0.0, grasp.opening));
-    Some((hold, features, room))
+    Some(Met { hold, features, room })
 }
 
 /// A frame as seen from another.

@@ -1,5 +1,6 @@
 //! DIPN: the motion of every body by a push.
 
+use super::info::ModelInfo;
 use super::kind::Kind;
 use super::model::Model;
 use super::objects::ObjectBatch;
@@ -20,6 +21,11 @@ pub trait MotionModel: Send + Sync {
     /// Motions of all bodies of all items in their push frames: metres, metres, radians; `items * objects` of them. A
     /// requested stop makes it an error or any motions.
     fn predict(&self, batch: &ObjectBatch, motions: &mut Vec<[f32; 3]>, stop: &Stop) -> Result<()>;
+
+    /// What its file says, if it has one: planners hold it to its gripper.
+    fn info(&self) -> Option<&ModelInfo> {
+        None
+    }
 }
 
 /// A network of kind `dipn`.
@@ -45,6 +51,10 @@ impl Dipn {
 }
 
 impl MotionModel for Dipn {
+    fn info(&self) -> Option<&ModelInfo> {
+        Some(self.model.info())
+    }
+
     fn name(&self) -> &str {
         &self.name
     }

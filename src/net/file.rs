@@ -114,6 +114,7 @@ pub(super) fn check(
         onnx,
         side,
         warnings: Vec::new(),
+        tolerated: false,
     };
     check_configuration(&mut info, &options.configuration)?;
     if info.property("selftest").is_empty() {

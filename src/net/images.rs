@@ -1,8 +1,9 @@
 //! GC and GN: networks on the image of a target.
 
+use super::info::ModelInfo;
 use super::kind::{GRASP_ANGLES, Kind};
 use super::model::Model;
-use crate::error::{Error, ModelFault, Result};
+use crate::error::Result;
 use crate::geom::{Pose2, Vec2, vec2};
 use crate::run::Stop;
 use crate::scene::{Scene, State};
@@ -42,6 +43,11 @@ pub trait TargetProbability: Send + Sync {
 
     /// The probability from which on the answer is yes.
     fn threshold(&self) -> f64;
+
+    /// What its file says, if it has one: planners hold it to its gripper.
+    fn info(&self) -> Option<&ModelInfo> {
+        None
+    }
 }
 
 /// What finds grasps of a target: a network, or a stand-in of a test.
@@ -62,6 +68,11 @@ pub trait GraspMap: Send + Sync {
 
     /// The score from which on a grasp counts.
     fn threshold(&self) -> f64;
+
+    /// What its file says, if it has one: planners hold it to its gripper.
+    fn info(&self) -> Option<&ModelInfo> {
+        None
+    }
 }
 
 /// The best grasp of a map.
@@ -73,23 +84,6 @@ pub struct MapGrasp {
     pub angle: f64,
     /// Expected score in [0, 1].
     pub quality: f64,
-}
-
-/// The scene's gripper is the one that the network was trained for.
-pub fn check_gripper(model: &Model, scene: &Scene) -> Result<()> {
-    let (have, made) = (&scene.gripper().name, model.info().gripper());
-    match made {
-        Some(made) if made != have => {
-            let have = if have.is_empty() { "without a name" } else { have };
-            Err(Error::model(
-                &model.info().path,
-                ModelFault::Spec,
-                format!("the scene's gripper `{have}`"),
-                format!("`{made}`"),
-            ))
-        }
-        _ => Ok(()),
-    }
 }
 
 /// Paints the target's view and runs the network on it.
@@ -123,6 +117,10 @@ impl Gc {
 }
 
 impl TargetProbability for Gc {
+    fn info(&self) -> Option<&ModelInfo> {
+        Some(self.model.info())
+    }
+
     fn threshold(&self) -> f64 {
         self.model.info().threshold()
     }
@@ -167,6 +165,10 @@ impl Gn {
 }
 
 impl GraspMap for Gn {
+    fn info(&self) -> Option<&ModelInfo> {
+        Some(self.model.info())
+    }
+
     fn threshold(&self) -> f64 {
         self.model.info().threshold()
     }

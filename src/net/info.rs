@@ -50,6 +50,8 @@ pub struct ModelInfo {
     pub side: Option<usize>,
     /// What does not keep it from being used.
     pub warnings: Vec<String>,
+    /// It was loaded to be used with whatever gripper ([`Configuration::tolerate`]).
+    pub tolerated: bool,
 }
 
 impl ModelInfo {
@@ -102,7 +104,7 @@ pub struct Configuration {
     pub pixel: Option<f64>,
     /// Side of the image, pixels.
     pub size: Option<usize>,
-    /// Differences become warnings.
+    /// Differences become warnings, and planners do not ask for the network's gripper.
     pub tolerate: bool,
 }
 
@@ -171,6 +173,7 @@ pub(super) fn read_spec(path: &Path, kind: Kind, onnx: &OnnxInfo, side: Option<u
 
 /// Check 6, second part: the settings are those that the user has.
 pub(super) fn check_configuration(info: &mut ModelInfo, wanted: &Configuration) -> Result<()> {
+    info.tolerated = wanted.tolerate;
     let mut faults: Vec<(String, String)> = Vec::new();
     if let (Some(wanted), Some(found)) = (&wanted.gripper, info.gripper())
         && wanted != found

@@ -1,5 +1,6 @@
 //! PPN: the value of each push.
 
+use super::info::ModelInfo;
 use super::kind::Kind;
 use super::model::Model;
 use super::objects::{ObjectBatch, ObjectTable};
@@ -26,6 +27,11 @@ pub trait PushValue: Send + Sync {
         values: &mut Vec<f32>,
         stop: &Stop,
     ) -> Result<()>;
+
+    /// What its file says, if it has one: planners hold it to its gripper.
+    fn info(&self) -> Option<&ModelInfo> {
+        None
+    }
 }
 
 /// Working memory for one thread, and the table of the scene it was last used on.
@@ -54,6 +60,10 @@ impl Ppn {
 }
 
 impl PushValue for Ppn {
+    fn info(&self) -> Option<&ModelInfo> {
+        Some(self.model.info())
+    }
+
     fn name(&self) -> &str {
         "ppn"
     }

@@ -6,9 +6,9 @@ use super::options::PlannerOptions;
 use super::recipe::Recipe;
 use crate::error::Result;
 use crate::grasp::{self, GraspabilityScorer, MapScorer, Scorer};
-use crate::net::{Dipn, GraspMap, LoadOptions, Model, MotionModel, Ppn, PushValue, TargetProbability};
+use crate::net::{Dipn, GraspMap, LoadOptions, Model, MotionModel, Ppn, PushValue, TargetProbability, check_gripper};
 use crate::physics::{self, PhysicsOptions, Transition};
-use crate::scene::Scene;
+use crate::scene::{Gripper, Scene};
 
 /// Learned parts that a caller brings, in place of what the options name: a network of another runtime, or a stand-in.
 #[derive(Clone, Default)]
@@ -60,6 +60,18 @@ impl Networks {
             grasp_map: own.grasp_map,
             prior,
         })
+    }
+
+    /// Refuses a gripper that one of them was not made for; `field` is what the error names.
+    pub fn check_gripper(&self, field: &str, gripper: &Gripper) -> Result<()> {
+        let own = [
+            self.search.as_ref().and_then(|network| network.info()),
+            self.confirm.as_ref().and_then(|network| network.info()),
+            self.graspability.as_ref().and_then(|network| network.info()),
+            self.grasp_map.as_ref().and_then(|network| network.info()),
+            self.prior.as_ref().and_then(|network| network.info()),
+        ];
+        own.into_iter().flatten().chain(self.scorer.infos()).try_for_each(|info| check_gripper(field, info, gripper))
     }
 
     /// The engine of the search, prepared for a scene.

@@ -11,6 +11,7 @@ use crate::grasp::check_scorer;
 use crate::net::Model;
 use crate::physics::{PhysicsOptions, Purpose};
 use crate::run::Budget;
+use crate::scene::Gripper;
 use crate::search::{EarlyStop, Params};
 
 /// When a grasp is executed and when a state counts as solved, by the grasp's score in [0, 1].
@@ -74,6 +75,9 @@ pub struct PlannerOptions {
     pub prior: Option<String>,
     /// The network that values pushes; the built-in one if absent.
     pub prior_model: Option<Model>,
+    /// The gripper of the scenes that will come: the networks are held to it when the planner is made. Absent: to each scene's
+    /// own when it comes, as they are in any case.
+    pub gripper: Option<Gripper>,
     /// Limits of one decision. Without iterations and seconds the planner's published budget is used.
     pub budget: Budget,
     pub seed: u64,
@@ -131,6 +135,7 @@ impl Default for PlannerOptions {
             engine_model: None,
             prior: None,
             prior_model: None,
+            gripper: None,
             budget: Budget::default(),
             seed: 0,
             threads: 0,
@@ -211,6 +216,9 @@ impl PlannerOptions {
         }
         if let Confirm::With(physics) = &self.confirm {
             physics.validate().map_err(|e| e.within("confirm"))?;
+        }
+        if let Some(gripper) = &self.gripper {
+            gripper.validate()?;
         }
         self.budget.validate()?;
         check_range("grasp.execute_score", self.grasp.execute_score, 0.0..=1.0)?;

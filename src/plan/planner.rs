@@ -89,6 +89,9 @@ impl Planner {
         let recipe = recipe(&options)?;
         sampler(&options, &recipe)?;
         let networks = Networks::load(&options, &recipe, own)?;
+        if let Some(gripper) = &options.gripper {
+            networks.check_gripper("gripper", gripper)?;
+        }
         let pool = Pool::new(options.threads, "jostle")?;
         Ok(Planner {
             options,
@@ -114,6 +117,11 @@ impl Planner {
 
     pub fn options(&self) -> &PlannerOptions {
         &self.options
+    }
+
+    /// Refuses a problem whose gripper is not the one that the planner's networks were made for, as a decision would.
+    pub fn check(&self, problem: &Problem) -> Result<()> {
+        self.networks.check_gripper("scene.gripper", problem.scene.gripper())
     }
 
     /// Decides what to do for the observed problem, within the options' budget. If the problem is the one that
@@ -252,6 +260,7 @@ impl Planner {
         problem.validate()?;
         let fits = self.is_ready_for(problem);
         if !fits {
+            self.check(problem)?;
             self.drop_tree();
             (self.domain, self.avoids) = (None, false);
             self.know_again(problem);

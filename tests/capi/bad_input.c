@@ -242,6 +242,34 @@ static void bad_images(jostle_body target)
     if (count != 1) exit(1);
 }
 
+static void bad_grasps(jostle_body target, jostle_body foreign)
+{
+    jostle_grasp good = {{0.5, 0}, 0, 0, 0, 0, 0}, grasp;
+    jostle_grasp_report report;
+    char text[64];
+    size_t count = 0;
+
+#define GRASP(change, want, message)                                                                                   \
+    grasp = good;                                                                                                      \
+    change;                                                                                                            \
+    BAD(jostle_scene_examine_grasp(scene, target, &grasp, &report), want, message);                                    \
+    BAD(jostle_scene_explain_grasp(scene, target, &grasp, text, sizeof text, &count), want, message)
+
+    GRASP(grasp.position.x = NOT_A_NUMBER, ARGUMENT, "grasp.position.x: is ");
+    GRASP(grasp.position.y = 1e9, ARGUMENT, "grasp.position.y: is 1e9");
+    GRASP(grasp.angle = HUGE_VAL, ARGUMENT, "grasp.angle: is inf");
+    GRASP(grasp.opening = -0.01, ARGUMENT, "grasp.opening: is -0.01");
+    GRASP(grasp.opening = NOT_A_NUMBER, ARGUMENT, "grasp.opening: is ");
+#undef GRASP
+    BAD(jostle_scene_examine_grasp(scene, foreign, &good, &report), NOT_FOUND, "body: ");
+    BAD(jostle_scene_examine_grasp(scene, (jostle_body){0}, &good, &report), ARGUMENT, "body: is zero");
+    BAD(jostle_scene_explain_grasp(scene, foreign, &good, text, sizeof text, &count), NOT_FOUND, "body: ");
+    BAD(jostle_scene_explain_grasp(scene, target, &good, NULL, 3, &count), ARGUMENT, "buffer: is null");
+    BAD(jostle_scene_best_grasps(scene, foreign, 3, &report, 1, &count), NOT_FOUND, "body: ");
+    BAD(jostle_scene_best_grasps(scene, target, 0, &report, 1, &count), ARGUMENT, "most: is 0");
+    BAD(jostle_scene_best_grasps(scene, target, 3, NULL, 3, &count), ARGUMENT, "buffer: is null");
+}
+
 static void bad_scenes(jostle_context *context, jostle_body target, jostle_body other)
 {
     jostle_body nobody = {0}, body = nobody;
@@ -337,6 +365,7 @@ static void bad_scenes(jostle_context *context, jostle_body target, jostle_body 
     BAD(jostle_scene_set_overlap_tolerance(scene, 1), ARGUMENT, "metres: is 1");
 
     BAD(jostle_scene_best_grasp(scene, foreign, &grasp, &flag), NOT_FOUND, "body: ");
+    bad_grasps(target, foreign);
     BAD(jostle_scene_read(context, "no/such/file.json", &new_scene, &body), JOSTLE_ERROR_IO, "no/such/file.json: ");
     write_file("bad_input_empty.json", "");
     BAD(jostle_scene_read(context, "bad_input_empty.json", &new_scene, &body), JOSTLE_ERROR_FORMAT, "bad_input_empty.json: ");
@@ -386,6 +415,14 @@ static void bad_planners(jostle_context *context, jostle_planner *planner, jostl
     BAD(jostle_planner_new(context, &options, &new_planner), want, message)
 
     OPTION(options.struct_size = 0, ARGUMENT, "options.struct_size: is 0");
+    jostle_gripper hand = jostle_gripper_default(), unset = jostle_gripper_default();
+    hand.opening = -1;
+    unset.struct_size = 0;
+    OPTION(options.gripper = &hand, ARGUMENT, "options.gripper.opening: is -1");
+    hand = jostle_gripper_default();
+    hand.grasp_score = JOSTLE_SCORE_OWN;
+    OPTION(options.gripper = &hand, ARGUMENT, "options.gripper.grasp_score: is 2");
+    OPTION(options.gripper = &unset, ARGUMENT, "options.gripper.struct_size: is 0");
     OPTION(options.planner = "oracle", NOT_FOUND, "options.planner: no planner is named `oracle`");
     OPTION(options.planner = "\xff", ARGUMENT, "options.planner: is not UTF-8");
     OPTION(options.engine = "newton", NOT_FOUND, "options.engine: no engine is named `newton`");
@@ -475,7 +512,7 @@ static void bad_planners(jostle_context *context, jostle_planner *planner, jostl
     WORLD(world.struct_size = 0, ARGUMENT, "options.struct_size: is 0");
     WORLD(world.engine = "newton", NOT_FOUND, "options.engine: ");
     WORLD(world.executor = 2, ARGUMENT, "options.executor: is 2");
-    WORLD((world.executor = JOSTLE_EXECUTOR_ROBOT, world.engine = "rapier"), JOSTLE_ERROR_UNSUPPORTED, "cannot follow the path");
+    WORLD((world.executor = JOSTLE_EXECUTOR_ROBOT, world.engine = "rapier"), JOSTLE_ERROR_UNSUPPORTED, "physics.engine: `rapier` cannot follow the path");
     WORLD(world.preset = "rough", NOT_FOUND, "options.preset: ");
     WORLD(world.friction_spread = NOT_A_NUMBER, ARGUMENT, "options.friction_spread: ");
     WORLD(world.position_noise = -1, ARGUMENT, "options.position_noise: is -1");
@@ -649,7 +686,8 @@ int main(void)
     jostle_body_pose poses[64], good_jostle_body_pose;
     jostle_action good_jostle_action;
     jostle_ranked_action good_jostle_ranked_action;
-    jostle_grasp good_jostle_grasp;
+    jostle_grasp good_jostle_grasp = {{0.5, 0}, 0, 0, 0, 0, 0};
+    jostle_grasp_report good_jostle_grasp_report;
     jostle_outcome good_jostle_outcome;
     jostle_effect good_jostle_effect;
     jostle_job_state good_jostle_job_state;
@@ -730,6 +768,7 @@ int main(void)
     if (jostle_abi_version() != JOSTLE_ABI_VERSION || jostle_feature(-5) != 0) failures++;
     if (strcmp(jostle_status_name(12345), "unknown status") || strcmp(jostle_outcome_name(0), "unknown outcome")) failures++;
     if (strcmp(jostle_effect_name(-1), "unknown effect")) failures++;
+    if (strcmp(jostle_grasp_limit_name(0), "unknown limit")) failures++;
 
     /* Everything is as usable as before. */
     MUST(jostle_scene_check(scene));

@@ -69,7 +69,30 @@ static void plan(jostle_context *context, jostle_model *gc, jostle_model *dipn)
     options.scorer_model = dipn;
     CHECK(jostle_planner_new(context, &options, &planner) == JOSTLE_ERROR_MODEL_KIND && !planner);
     options.scorer_model = gc;
+
+    /* Another gripper: refused when the planner is made where the options name it, else by the first call with a scene. */
+    jostle_gripper mask = jostle_gripper_default(), own = jostle_gripper_default(), found = jostle_gripper_default();
+    jostle_job *job = (jostle_job *)&failures;
+    MUST(jostle_gripper_by_name("dissertation_mask", &mask));
+    options.gripper = &mask;
+    CHECK(jostle_planner_new(context, &options, &planner) == JOSTLE_ERROR_ARGUMENT && !planner);
+    CHECK(strstr(jostle_last_error(), "options.gripper: is `dissertation_mask` (opening 70.00 mm, fingers 22.00 x 27.50"));
+    CHECK(strstr(jostle_last_error(), "made for `robotiq_2f85` (opening 80.70 mm, fingers 22.00 x 15.00 mm"));
+    own.opening += 0.0002;
+    options.gripper = &own;
     MUST(jostle_planner_new(context, &options, &planner));
+    jostle_planner_free(planner);
+    options.gripper = NULL;
+    MUST(jostle_planner_new(context, &options, &planner));
+    MUST(jostle_scene_set_gripper(scene, &mask));
+    CHECK(jostle_planner_solve(planner, scene, bodies[0], NULL, &made) == JOSTLE_ERROR_ARGUMENT && !made);
+    CHECK(strstr(jostle_last_error(), "scene.gripper: is `dissertation_mask` ("));
+    CHECK(jostle_planner_step(planner, scene, bodies[0], 5, NULL, &made) == JOSTLE_ERROR_ARGUMENT && !made);
+    CHECK(jostle_planner_job_start(planner, scene, bodies[0], NULL, &job) == JOSTLE_ERROR_ARGUMENT && !job);
+    CHECK(strstr(jostle_last_error(), "scene.gripper: is `dissertation_mask` ("));
+    MUST(jostle_scene_get_gripper(scene, &found));
+    CHECK(memcmp(&found, &mask, sizeof mask) == 0);
+    MUST(jostle_scene_set_gripper(scene, &own));
     jostle_model_free(gc);
     jostle_model_free(dipn);
     MUST(jostle_planner_solve(planner, scene, bodies[0], NULL, &made));

@@ -63,6 +63,13 @@ static void all() {
     scene moved = std::move(copy);
     CHECK(!copy && moved);
 
+    const auto grasps = world.best_grasps(third, 4);
+    CHECK(grasps.size() > 1 && grasps.size() <= 4 && grasps[0].allowed == 1);
+    CHECK(std::memcmp(&grasps[0].grasp.position, &world.best_grasp(third)->position, sizeof(vec2)) == 0);
+    const grasp_report second = world.examine(third, grasps[1].grasp);
+    CHECK(std::memcmp(&second, &grasps[1], sizeof second) == 0);
+    CHECK(world.explain(third, grasps[1].grasp).find("it is allowed") == 0);
+
     jostle_planner_options options = jostle_planner_options_default();
     options.max_iterations = 4;
     planner decide(from, options);

@@ -208,6 +208,8 @@ pub fn has(tool: &str) -> bool {
 pub struct Struct {
     pub name: String,
     pub fields: Vec<String>,
+    /// Types of the fields, as in `const jostle_vec2 *`.
+    pub types: Vec<String>,
 }
 
 /// The structs whose layout the header gives.
@@ -217,15 +219,16 @@ pub fn structs() -> Vec<Struct> {
     let mut lines = text.lines();
     while let Some(line) = lines.next() {
         let Some(name) = line.strip_prefix("typedef struct ").and_then(|l| l.strip_suffix(" {")) else { continue };
-        let fields = lines
+        let (fields, types) = lines
             .by_ref()
             .take_while(|l| !l.starts_with('}'))
             .map(str::trim)
             .filter(|l| !l.starts_with("///"))
             .filter_map(|l| l.strip_suffix(';'))
-            .map(|l| l[l.rfind([' ', '*']).expect("a field has a type") + 1..].to_string())
-            .collect();
-        structs.push(Struct { name: name.to_string(), fields });
+            .map(|l| l.split_at(l.rfind([' ', '*']).expect("a field has a type") + 1))
+            .map(|(kind, field)| (field.to_string(), kind.trim().replace("struct ", "")))
+            .unzip();
+        structs.push(Struct { name: name.to_string(), fields, types });
     }
     structs
 }

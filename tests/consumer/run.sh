@@ -31,6 +31,13 @@ step "ABI number of the header and of the library"
 abi=$(sed -n 's/^#define JOSTLE_ABI_VERSION \([0-9]*\).*/\1/p' "$stage/usr/include/jostle/jostle.h")
 [[ -e $stage$libdir/libjostle.so.$abi ]] || fail "jostle.h says ABI '$abi', but there is no libjostle.so.$abi"
 
+step "layouts for bindings"
+for file in layout.json layout.txt; do
+    cmp "bindings/layout/$file" "$stage/usr/share/jostle/$file" || fail "$file is not installed as it is"
+done
+version=$(sed -n 's/^#define JOSTLE_VERSION "\(.*\)".*/\1/p' "$stage/usr/include/jostle/jostle.h")
+grep -q "\"version\": \"$version\"" "$stage/usr/share/jostle/layout.json" || fail "layout.json is not of version $version"
+
 step "exported symbols and the header"
 exported=$(nm -D --defined-only "$stage$libdir/libjostle.so" | awk '{ print $3 }')
 [[ -n $exported ]] || fail "libjostle.so exports nothing"

@@ -111,7 +111,7 @@ fn classifier(args: &AssessGraspArgs, gc: &Gc) -> Outcome<()> {
     let judge = maker(args.judge.physics()?)?;
     let mut scratch = ImageScratch::default();
     let mut stated = |scene: &Scene, state: &State, target: usize| {
-        check_gripper(gc.model(), scene)?;
+        check_gripper("scene.gripper", gc.model().info(), scene.gripper())?;
         gc.probability(&mut scratch, scene, state, target, &Stop::never())
     };
     let bar = progress::bar(args.count as u64, "targets");
@@ -128,7 +128,7 @@ fn map(args: &AssessGraspArgs, gn: &Gn) -> Outcome<()> {
     let judge = maker(args.judge.physics()?)?;
     let (mut scratch, mut best) = (ImageScratch::default(), Vec::new());
     let mut named = |scene: &Scene, state: &State, target: usize| {
-        check_gripper(gn.model(), scene)?;
+        check_gripper("scene.gripper", gn.model().info(), scene.gripper())?;
         gn.best(&mut scratch, scene, state, target, 1, &mut best, &Stop::never())?;
         let opening = scene.gripper().grasp.opening;
         Ok(best.first().map(|b| Grasp {

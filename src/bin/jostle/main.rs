@@ -19,6 +19,7 @@ mod datagen;
 mod fidelity;
 mod fit;
 mod generate;
+mod grasps;
 mod model;
 mod observe;
 mod output;
@@ -58,6 +59,7 @@ fn command() -> Outcome<()> {
     let Some(cli) = args::parse()? else { return Ok(()) };
     match cli.command {
         Command::Plan(args) => plan::run(&args),
+        Command::Grasps(args) => grasps::run(&args),
         Command::Run(args) => run::run(&args),
         Command::Results(args) => results::run(&args),
         Command::Generate(args) => generate::run(&args),

@@ -30,6 +30,7 @@ pub fn run(args: &PlanArgs) -> Outcome<()> {
     if input.kind == InputKind::Original {
         options.push_length.get_or_insert(push_travel(args.profile.of(&args.scene)));
     }
+    options.gripper = Some(problem.scene.gripper().clone());
     let plan = Planner::new(options)?.solve(&problem, &Control::default())?;
     if let Some(path) = &args.svg {
         output::write_file(path, &render::plan_picture(&problem, &plan).render())?;

@@ -10,7 +10,7 @@ use crate::net::{Gn, GraspMap, MotionModel, TargetProbability, check_gripper};
 use crate::physics::{self, PhysicsOptions, Transition};
 use crate::plan::OwnNetworks;
 use crate::plan::networks::motion;
-use crate::scene::Scene;
+use crate::scene::{Gripper, Scene};
 
 /// Loaded once for a planner.
 #[derive(Default)]
@@ -44,6 +44,17 @@ impl ClearNetworks {
         })
     }
 
+    /// Refuses a gripper that one of them was not made for; `field` is what the error names.
+    pub fn check_gripper(&self, field: &str, gripper: &Gripper) -> Result<()> {
+        let own = [
+            self.model.as_ref().and_then(|network| network.info()),
+            self.confirm.as_ref().and_then(|network| network.info()),
+            self.graspability.as_ref().and_then(|network| network.info()),
+            self.grasp_map.as_ref().and_then(|network| network.info()),
+        ];
+        own.into_iter().flatten().chain(self.scorer.infos()).try_for_each(|info| check_gripper(field, info, gripper))
+    }
+
     /// What predicts pushes: the engine, or DIPN.
     pub fn engine(&self, physics: &PhysicsOptions, scene: &Arc<Scene>) -> Result<Arc<dyn Transition>> {
         // A caller's own network is the engine, whatever engine the options name.
@@ -65,7 +76,6 @@ impl ClearNetworks {
         let map = match (&self.grasp_map, &self.scorer.gn, name) {
             (Some(own), ..) => Some(Arc::clone(own)),
             (None, Some(model), "gn") => {
-                check_gripper(model, scene)?;
                 let network: Arc<dyn GraspMap> = Arc::new(Gn::new(model.clone())?);
                 Some(network)
             }

@@ -11,6 +11,7 @@ use crate::net::Model;
 use crate::physics::{PhysicsOptions, Purpose};
 use crate::plan::{Confirm, GraspDecision, PlannerOptions, Variant};
 use crate::run::Budget;
+use crate::scene::Gripper;
 
 /// Planners of clearings, by id: ours, the same decision by two networks, and two baselines, one that pushes at random
 /// where no grasp is good enough, and one that never pushes.
@@ -116,6 +117,9 @@ pub struct ClearOptions {
     pub scorer_model: Option<Model>,
     /// The network of the engine `dipn`; the one that its preset names if absent.
     pub engine_model: Option<Model>,
+    /// The gripper of the scenes that will come: the networks are held to it when the planner is made. Absent: to each scene's
+    /// own when it comes, as they are in any case.
+    pub gripper: Option<Gripper>,
     /// Limits of one decision: an iteration is one push simulated and judged. Without limits all that are sampled are.
     pub budget: Budget,
     pub seed: u64,
@@ -139,6 +143,7 @@ impl Default for ClearOptions {
             scorer: None,
             scorer_model: None,
             engine_model: None,
+            gripper: None,
             budget: Budget::default(),
             seed: 0,
             threads: 0,
@@ -162,6 +167,7 @@ impl ClearOptions {
             scorer: options.scorer,
             scorer_model: options.scorer_model,
             engine_model: options.engine_model,
+            gripper: options.gripper,
             budget: options.budget,
             seed: options.seed,
             threads: options.threads,
@@ -206,6 +212,9 @@ impl ClearOptions {
         }
         if let Confirm::With(physics) = &self.confirm {
             physics.validate().map_err(|e| e.within("confirm"))?;
+        }
+        if let Some(gripper) = &self.gripper {
+            gripper.validate()?;
         }
         self.budget.validate()?;
         check_range("grasp.execute_score", self.grasp.execute_score, 0.0..=1.0)?;

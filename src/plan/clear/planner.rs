@@ -72,6 +72,9 @@ impl ClearPlanner {
         let recipe = recipe(&options)?;
         sampler(&options, &recipe)?;
         let networks = ClearNetworks::load(&options, &recipe, own)?;
+        if let Some(gripper) = &options.gripper {
+            networks.check_gripper("gripper", gripper)?;
+        }
         let pool = Pool::new(options.threads, "jostle")?;
         Ok(ClearPlanner {
             options,
@@ -101,6 +104,15 @@ impl ClearPlanner {
 
     pub fn options(&self) -> &ClearOptions {
         &self.options
+    }
+
+    /// Refuses a problem whose gripper is not the one that the planner's networks were made for, as a decision would.
+    pub fn check(&self, problem: &Clearing) -> Result<()> {
+        // Parts of the caller's own are the caller's matter.
+        if self.make.is_some() {
+            return Ok(());
+        }
+        self.networks.check_gripper("scene.gripper", problem.scene.gripper())
     }
 
     /// Decides what to do next, within the options' budget. The plan's first action is what to do; the rest is what the
@@ -198,6 +210,7 @@ impl ClearPlanner {
             .as_ref()
             .is_some_and(|parts| Arc::ptr_eq(&parts.scene, &problem.scene) || parts.scene == problem.scene);
         if !fits {
+            self.check(problem)?;
             self.know_again(problem);
             let parts = match &self.make {
                 Some(make) => make(&problem.scene)?,

@@ -12,11 +12,13 @@ use crate::output::{Failure, Outcome};
 
 mod assess;
 mod datagen;
+mod grasps;
 mod planner;
 mod results;
 
 pub use assess::*;
 pub use datagen::*;
+pub use grasps::*;
 pub use planner::*;
 pub use results::*;
 
@@ -32,6 +34,8 @@ pub struct Cli {
 pub enum Command {
     /// Decide what to do in one scene
     Plan(PlanArgs),
+    /// List the best grasps of a body, or say what there is to know of given ones
+    Grasps(GraspsArgs),
     /// Run a planner in closed loop over a suite of problems, against a judge that differs from its model
     Run(RunArgs),
     /// Run a list of experiments and write the results document; goes on where an earlier run ended
