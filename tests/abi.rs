@@ -56,7 +56,7 @@ fn rust_layout() -> String {
         jostle_grasp { position, angle, opening, width, margin, score },
         jostle_grasp_features { width, touch, turn, end, clearance, depth, height, mass },
         jostle_grasp_report { grasp, body, allowed, limit, limit_body, chance, wedge, fit_spare, cover_spare, finger_spare, between_spare, opening_spare, wedge_spare, finger_body, between_body, features },
-        jostle_gripper { struct_size, grasp_score, push_width, push_thickness, push_clearance, opening, finger_width, finger_thickness, finger_clearance, fit, pad_edge, min_cover, max_wedge, tip_path, reserved },
+        jostle_gripper { struct_size, grasp_score, push_width, push_thickness, push_clearance, opening, finger_width, finger_thickness, finger_clearance, fit, pad_edge, min_cover, max_wedge, tip_path, reserved, lowest, finger_length },
         jostle_workspace { struct_size, leave_rule, min, max, leave_scope, reserved },
         jostle_goal { struct_size, symmetry, pose, position_tolerance, rotation_tolerance },
         jostle_image_frame { pose, pixel, rows, cols },

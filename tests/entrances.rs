@@ -243,6 +243,7 @@ const SLOTS: &[Slot] = &[
     ("gripper.grasp.fit", |g, v| g.gripper.grasp.fit = v),
     ("gripper.grasp.pad_edge", |g, v| g.gripper.grasp.pad_edge = v),
     ("gripper.grasp.min_cover", |g, v| g.gripper.grasp.min_cover = v),
+    ("gripper.grasp.lowest", |g, v| g.gripper.grasp.lowest = v),
     ("gripper.grasp.max_wedge", |g, v| g.gripper.grasp.max_wedge = v),
     ("friction.ground", |g, v| g.friction.ground = v),
     ("friction.tip", |g, v| g.friction.tip = v),

@@ -381,6 +381,12 @@ typedef struct jostle_gripper {
   jostle_tip tip_path;
   /// 0.
   uint32_t reserved;
+  /// The fingers' ends come no nearer to the table than this: 0 by default, at most 10. A body that they would not reach
+  /// down by 5 mm (for robotiq_2f85) cannot be grasped; one that they end above is in no finger's way.
+  double lowest;
+  /// Length of the fingers below the palm, which stops at the body's top: over a tall one they end higher up. Infinity, the
+  /// default: longer than any body is high.
+  double finger_length;
 } jostle_gripper;
 
 /// When a body counts as having left the workspace: one of the JOSTLE_LEAVE_ values.
@@ -945,6 +951,9 @@ typedef int32_t jostle_effect;
 
 /// The angle between the gripped faces.
 #define JOSTLE_LIMIT_WEDGE 8
+
+/// How far the fingers reach down the body: it is too low for them.
+#define JOSTLE_LIMIT_DEPTH 9
 
 /// A judgement by the shape of the grip (the default).
 #define JOSTLE_SCORE_SHAPE 0

@@ -29,6 +29,8 @@ pub const JOSTLE_LIMIT_BETWEEN: jostle_grasp_limit = 6;
 pub const JOSTLE_LIMIT_COVER: jostle_grasp_limit = 7;
 /// The angle between the gripped faces.
 pub const JOSTLE_LIMIT_WEDGE: jostle_grasp_limit = 8;
+/// How far the fingers reach down the body: it is too low for them.
+pub const JOSTLE_LIMIT_DEPTH: jostle_grasp_limit = 9;
 
 /// Two grasps of a list are at least so far apart, metres, or their closing directions JOSTLE_GRASPS_TURNED. For a gripper
 /// of another size than robotiq_2f85 the distance grows with it.
@@ -111,6 +113,7 @@ fn c_limit(limit: Limit) -> jostle_grasp_limit {
         Limit::Jaw { .. } => JOSTLE_LIMIT_BETWEEN,
         Limit::Cover => JOSTLE_LIMIT_COVER,
         Limit::Wedge => JOSTLE_LIMIT_WEDGE,
+        Limit::Depth => JOSTLE_LIMIT_DEPTH,
     }
 }
 
@@ -316,6 +319,7 @@ pub extern "C" fn jostle_grasp_limit_name(limit: jostle_grasp_limit) -> *const c
         JOSTLE_LIMIT_BETWEEN => c"between",
         JOSTLE_LIMIT_COVER => c"cover",
         JOSTLE_LIMIT_WEDGE => c"wedge",
+        JOSTLE_LIMIT_DEPTH => c"depth",
         _ => c"unknown limit",
     }
     .as_ptr()
@@ -338,6 +342,7 @@ mod tests {
             Limit::Jaw { body: 0 },
             Limit::Cover,
             Limit::Wedge,
+            Limit::Depth,
         ];
         for (i, limit) in all.into_iter().enumerate() {
             assert_eq!(c_limit(limit), i as i32 + 1);

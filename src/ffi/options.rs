@@ -55,6 +55,12 @@ pub struct jostle_gripper {
     pub tip_path: jostle_tip,
     /// 0.
     pub reserved: u32,
+    /// The fingers' ends come no nearer to the table than this: 0 by default, at most 10. A body that they would not reach
+    /// down by 5 mm (for robotiq_2f85) cannot be grasped; one that they end above is in no finger's way.
+    pub lowest: f64,
+    /// Length of the fingers below the palm, which stops at the body's top: over a tall one they end higher up. Infinity, the
+    /// default: longer than any body is high.
+    pub finger_length: f64,
 }
 
 impl From<&Gripper> for jostle_gripper {
@@ -84,6 +90,8 @@ impl From<&Gripper> for jostle_gripper {
                 Some(_) => JOSTLE_TIP_OWN,
             },
             reserved: 0,
+            lowest: g.lowest,
+            finger_length: g.finger_length,
         }
     }
 }
@@ -170,6 +178,8 @@ pub(super) unsafe fn read_gripper(
             pad_edge: g.pad_edge,
             min_cover: g.min_cover,
             max_wedge: g.max_wedge,
+            lowest: g.lowest,
+            finger_length: g.finger_length,
         },
         keeping: None,
         path: None,

@@ -215,6 +215,7 @@ impl Limit {
             Limit::Jaw { .. } => "between",
             Limit::Cover => "cover",
             Limit::Wedge => "wedge",
+            Limit::Depth => "depth",
         }
     }
 
@@ -270,6 +271,11 @@ impl GraspExamination {
             Limit::Cover => format!(
                 "the pads cover {short} less of `{target}` than the {} that they must; move the grasp along the pads",
                 mm(grasper.min_cover)
+            ),
+            Limit::Depth => format!(
+                "the fingers end {} above the table, which is {short} too high for `{target}`; use fingers that reach lower, \
+                 or choose another body",
+                mm(grasper.lowest)
             ),
             Limit::Wedge => format!(
                 "the gripped faces are {:.1} degrees out of parallel, and the gripper takes {:.1}; turn the grasp",

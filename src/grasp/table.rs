@@ -57,7 +57,7 @@ pub(super) struct Tables {
     keeping: Option<Keeping>,
 }
 
-/// Area and radius of a footprint; height and mass where the gripper's score asks for them.
+/// Area and radius of a footprint; height and mass where the gripper or its score asks for them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Measures {
     area: f64,
@@ -67,7 +67,8 @@ struct Measures {
 
 impl Measures {
     fn of(body: &Body, gripper: &Gripper) -> Measures {
-        let height_and_mass = gripper.keeping.is_some().then_some((body.height, body.mass));
+        let asked = gripper.keeping.is_some() || gripper.grasp.lowest > 0.0;
+        let height_and_mass = asked.then_some((body.height, body.mass));
         Measures { area: body.footprint.area, radius: body.footprint.radius, height_and_mass }
     }
 }
@@ -120,7 +121,8 @@ impl BodyTable {
         let mut pieces = Pieces::default();
         let mut heights = Vec::new();
         let mut narrowest = f64::INFINITY;
-        for (direction, &(_, sin, cos)) in directions.iter().enumerate() {
+        let reached = gripper.too_low(body.height).is_none();
+        for (direction, &(_, sin, cos)) in directions.iter().enumerate().filter(|_| reached) {
             let seen = Frame { origin: Vec2::zeros(), sin: -sin, cos };
             offsets(footprint, &seen, grasper, params, rule.scale, &mut heights);
             for &y in &heights {

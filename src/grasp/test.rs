@@ -84,6 +84,8 @@ pub enum Limit {
     Finger { body: usize },
     /// This body reaches between the fingers.
     Jaw { body: usize },
+    /// How far the fingers reach down the target.
+    Depth,
 }
 
 /// Why a body cannot be grasped wherever it and the others lie.
@@ -93,6 +95,8 @@ pub enum Unholdable {
     TooWide { width: f64 },
     /// The pads cover too little of it, or meet faces too far out of parallel.
     NoFaces,
+    /// Its top is so much too low for the fingers, metres.
+    TooLow { missing: f64 },
 }
 
 /// What the rule says of one grasp.
@@ -208,6 +212,9 @@ impl GraspTest {
     /// Why the body has no grasp in any state; none where it has one on an empty table. As far as the test's directions
     /// and positions go.
     pub fn unholdable(&self, scene: &Scene, body: usize) -> Option<Unholdable> {
+        if let Some(missing) = scene.gripper().too_low(scene.bodies().get(body)?.height) {
+            return Some(Unholdable::TooLow { missing });
+        }
         self.with_tables(scene, |tables| {
             let table = tables.body(scene, body).filter(|table| table.candidates.is_empty())?;
             let wide = table.narrowest.is_finite();
@@ -341,8 +348,10 @@ impl<'a> Trial<'a> {
         let GraspScratch { near, views, .. } = &mut *scratch;
         let pose = state.pose(body);
         let own = pose.frame();
+        let end = scene.gripper().fingers_end(scene.body(body).height);
+        let in_the_way = |i: usize| i != body && scene.body(i).height > end;
         near.clear();
-        near.extend(state.iter().filter(|(i, _)| *i != body).filter_map(|(i, other)| {
+        near.extend(state.iter().filter(|(i, _)| in_the_way(*i)).filter_map(|(i, other)| {
             let away = other.position() - own.origin;
             let reach = table.reach + scene.body(i).footprint.radius;
             (away.norm_squared() < reach * reach).then(|| (i, seen_from(&own, &other.frame())))
@@ -431,6 +440,9 @@ impl Met {
             consider(grasper.opening - grasp.opening, Limit::Opening);
         }
         consider(hold.cover - grasper.min_cover, Limit::Cover);
+        if let Some(missing) = scene.gripper().too_low(scene.body(grasp.body).height) {
+            consider(-missing, Limit::Depth);
+        }
         consider(room.spare, room.limit);
         if hold.wedge > grasper.max_wedge {
             check.limit = Limit::Wedge;
@@ -477,7 +489,8 @@ pub(super) fn look(
     let mut features = subject.features(&hold, 0.0, grasp.opening, &rule, pieces);
     // `pieces` held the target; its own clearance to the fingers is part of the fit.
     pieces.clear();
-    for (i, pose) in state.iter().filter(|(i, _)| *i != grasp.body) {
+    let end = scene.gripper().fingers_end(scene.body(grasp.body).height);
+    for (i, pose) in state.iter().filter(|(i, _)| *i != grasp.body && scene.body(*i).height > end) {
         pieces.add(i, &scene.body(i).footprint, &seen_from(&jaw, &pose.frame()));
     }
     let room = Room::about(pieces, 0.0, 0.0, grasp.opening, &scene.gripper().grasp, f64::INFINITY);

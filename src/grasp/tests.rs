@@ -543,3 +543,75 @@ fn bad_parameters_are_named() {
     let text = serde_json::to_string(&GraspParams::default()).unwrap();
     assert_eq!(serde_json::from_str::<GraspParams>(&text).unwrap(), GraspParams::default());
 }
+
+/// A body of each height at x, and a gripper whose fingers end so high and are so long.
+fn high(bodies: &[(f64, f64, f64)], lowest: f64, finger_length: f64) -> (Scene, State) {
+    let mut b = SceneBuilder::new();
+    let jaw = Gripper::robotiq_2f85();
+    let grasp = crate::scene::Grasper { lowest, finger_length, ..jaw.grasp };
+    b.gripper(Gripper { grasp, ..jaw });
+    for (_, side, height) in bodies {
+        b.add_body(BodyDef { height: *height, ..BodyDef::new(Shape::rectangle(0.045, *side)) }).unwrap();
+    }
+    (b.build().unwrap(), State::new(bodies.iter().map(|(x, ..)| at(*x, 0.0, 0.0))))
+}
+
+#[test]
+fn fingers_that_end_above_a_body_cannot_grasp_it() {
+    for (height, lowest, held) in [
+        (0.023, 0.0, true),
+        (0.023, 0.0179, true),
+        (0.023, 0.0181, false),
+        (0.023, 0.035, false),
+        (0.045, 0.035, true),
+        (0.001, 0.0, true),
+    ] {
+        let (scene, state) = high(&[(0.0, 0.045, height)], lowest, f64::INFINITY);
+        assert_eq!(best(&scene, &state, 0).is_some(), held, "{height} {lowest}");
+        let one = check(&scene, &state, &grasp(0, 0.0, 0.0, 0.0));
+        assert_eq!(one.holds(), held);
+        if !held {
+            let missing = lowest + 0.005 - height;
+            assert!(one.limit == Limit::Depth && (one.margin + missing).abs() < 1e-12, "{one:?}");
+            let why = test_for(&scene).unholdable(&scene, 0);
+            assert!(matches!(why, Some(Unholdable::TooLow { missing: m }) if (m - missing).abs() < 1e-12), "{why:?}");
+            assert_eq!(test_for(&scene).greatest_score(&scene, 0), None);
+        }
+    }
+    // A gripper twice the size has to reach down twice as far.
+    let twice = |height: f64| {
+        let jaw = Gripper::robotiq_2f85().scaled(2.0);
+        let gripper = Gripper { grasp: crate::scene::Grasper { lowest: 0.02, ..jaw.grasp }, ..jaw };
+        gripper.too_low(height).is_some()
+    };
+    assert!(twice(0.0299) && !twice(0.0301));
+}
+
+/// Tables that were made for other heights are not taken for a scene where heights count.
+#[test]
+fn heights_count_in_prepared_tests_too() {
+    let (low, state) = high(&[(0.0, 0.045, 0.023)], 0.035, f64::INFINITY);
+    let (high, _) = high(&[(0.0, 0.045, 0.07)], 0.035, f64::INFINITY);
+    let mut scratch = GraspScratch::default();
+    assert!(test_for(&high).best(&low, &state, 0, &mut scratch).is_none());
+    assert!(test_for(&low).best(&high, &state, 0, &mut scratch).is_some());
+}
+
+#[test]
+fn what_the_fingers_end_above_is_in_no_finger_s_way() {
+    // Long neighbours on both sides, 1 mm away, and no room along the pads' other direction.
+    let packed = |neighbours: f64, lowest: f64, finger_length: f64| {
+        let bodies = [(0.0, 0.2, 0.07), (-0.046, 0.2, neighbours), (0.046, 0.2, neighbours)];
+        let (scene, state) = high(&bodies, lowest, finger_length);
+        let found = best(&scene, &state, 0);
+        if let Some(found) = found {
+            assert!(check(&scene, &state, &found).holds(), "{found:?}");
+        }
+        found.is_some()
+    };
+    assert!(!packed(0.02, 0.0, f64::INFINITY), "in the way");
+    assert!(packed(0.02, 0.02, f64::INFINITY), "below the fingers' ends");
+    assert!(!packed(0.021, 0.02, f64::INFINITY));
+    assert!(packed(0.02, 0.0, 0.05), "short fingers end at 20 mm on a body of 70 mm");
+    assert!(!packed(0.02, 0.0, 0.051));
+}

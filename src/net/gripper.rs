@@ -58,6 +58,7 @@ fn differing(made: &Gripper, have: &Gripper, jaw: bool) -> Vec<&'static str> {
             ("fit", a.fit, b.fit),
             ("pad_edge", a.pad_edge, b.pad_edge),
             ("min_cover", a.min_cover, b.min_cover),
+            ("lowest", a.lowest, b.lowest),
         ]
     } else {
         let (a, b) = (&made.push, &have.push);
@@ -67,6 +68,12 @@ fn differing(made: &Gripper, have: &Gripper, jaw: bool) -> Vec<&'static str> {
     let mut names: Vec<_> = lengths.iter().filter(|(_, a, b)| apart(*a, *b, scale * LENGTH)).map(|l| l.0).collect();
     if jaw && apart(made.grasp.max_wedge, have.grasp.max_wedge, ANGLE) {
         names.push("max_wedge");
+    }
+    let longer = |gripper: &Gripper| gripper.grasp.finger_length == f64::INFINITY;
+    let same_length =
+        longer(made) && longer(have) || !apart(made.grasp.finger_length, have.grasp.finger_length, scale * LENGTH);
+    if jaw && !same_length {
+        names.push("finger_length");
     }
     // A chance is another number than a judgement by shape.
     if jaw && made.keeping.is_some() != have.keeping.is_some() {

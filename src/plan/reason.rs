@@ -21,6 +21,8 @@ pub enum Reason {
     TooWide { body: String, width: f64, opening: f64, gap: f64 },
     /// The pads never cover enough of the target, or meet faces that are too far out of parallel.
     NoHold { body: String },
+    /// The target's top lies so much too low for the fingers, which come no nearer to the table than this, metres.
+    TooLow { body: String, missing: f64, lowest: f64 },
     /// No body that is left can be grasped as it lies. Of so many, a grasp was tried and failed.
     NoGrasp { failed: u64 },
     /// So many grasps and pushes were tried here and failed; they are not offered again.
@@ -72,6 +74,9 @@ impl Reason {
                 Reason::TooWide { body: name, width, opening: jaw.opening, gap }
             }
             Unholdable::NoFaces => Reason::NoHold { body: name },
+            Unholdable::TooLow { missing } => {
+                Reason::TooLow { body: name, missing, lowest: scene.gripper().grasp.lowest }
+            }
         })
     }
 
@@ -110,6 +115,13 @@ impl fmt::Display for Reason {
                 f,
                 "\"{body}\" cannot be held from any side: the pads cover less of it than `min_cover`, or meet faces farther \
                  out of parallel than `max_wedge`; use another gripper, or choose another target"
+            ),
+            Reason::TooLow { body, missing, lowest } => write!(
+                f,
+                "\"{body}\" is {:.1} mm too low for fingers that come no nearer to the table than {:.1} mm; use another \
+                 gripper, or choose another target",
+                missing * 1e3,
+                lowest * 1e3
             ),
             Reason::NoGrasp { failed: 0 } => f.write_str(
                 "no body that is left can be grasped as it lies; use a planner that pushes, or a wider gripper",
@@ -262,6 +274,7 @@ mod tests {
             Reason::Seconds { limit: 0.5 },
             Reason::Memory { limit: 1 << 20 },
             Reason::Failed { grasps: 1, pushes: 3 },
+            Reason::TooLow { body: "box".into(), missing: 0.017, lowest: 0.035 },
         ]
     }
 

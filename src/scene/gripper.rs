@@ -39,7 +39,28 @@ pub struct Grasper {
     pub min_cover: f64,
     /// Greatest angle between the two gripped faces.
     pub max_wedge: f64,
+    /// The fingers' ends come no nearer to the table than this. A body that they would not reach down by 5 mm (for the
+    /// published gripper) cannot be grasped; one that they end above is in no finger's way.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub lowest: f64,
+    /// Length of the fingers below the palm, which stops at the target's top: over a tall one they end higher up. Infinite:
+    /// longer than any body is high.
+    #[serde(skip_serializing_if = "is_infinite")]
+    pub finger_length: f64,
 }
+
+#[allow(clippy::trivially_copy_pass_by_ref)] // As serde calls it.
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref)]
+fn is_infinite(value: &f64) -> bool {
+    *value == f64::INFINITY
+}
+
+/// What the fingers must reach down a body that they grasp, for the published gripper, metres.
+const LEAST_DEPTH: f64 = 0.005;
 
 /// A gripper by name and measures.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -80,6 +101,8 @@ impl Default for Grasper {
             pad_edge: 0.003,
             min_cover: 0.012,
             max_wedge: 35f64.to_radians(),
+            lowest: 0.0,
+            finger_length: f64::INFINITY,
         }
     }
 }
@@ -137,6 +160,17 @@ impl Gripper {
         }
     }
 
+    /// Height above the table where the fingers end in a grasp of a body of this height, metres.
+    pub fn fingers_end(&self, height: f64) -> f64 {
+        self.grasp.lowest.max(height - self.grasp.finger_length)
+    }
+
+    /// What is missing to the height of a body that the fingers could grasp, metres; none where they reach down far enough.
+    pub fn too_low(&self, height: f64) -> Option<f64> {
+        let missing = self.grasp.lowest + LEAST_DEPTH * self.scale() - height;
+        (self.grasp.lowest > 0.0 && missing > 0.0).then_some(missing)
+    }
+
     /// The name of the library's gripper with these measures.
     pub fn known_name(&self) -> Option<&'static str> {
         let unnamed = |gripper: &Gripper| Gripper { name: String::new(), ..gripper.clone() };
@@ -184,6 +218,8 @@ impl Gripper {
                 pad_edge: factor * grasp.pad_edge,
                 min_cover: factor * grasp.min_cover,
                 max_wedge: grasp.max_wedge,
+                lowest: factor * grasp.lowest,
+                finger_length: factor * grasp.finger_length,
             },
             keeping: keeping.as_ref().map(|keeping| keeping.scaled(factor)),
             path: path.as_ref().map(|path| path.scaled(factor)),
@@ -204,6 +240,10 @@ impl Gripper {
         check_range("gripper.grasp.pad_edge", g.pad_edge, 0.0..=g.finger_width / 2.0)?;
         check_range("gripper.grasp.min_cover", g.min_cover, 0.0..=g.finger_width)?;
         check_range("gripper.grasp.max_wedge", g.max_wedge, 0.0..=std::f64::consts::FRAC_PI_2)?;
+        bounds::TIP_HEIGHT.check("gripper.grasp.lowest", g.lowest)?;
+        if g.finger_length != f64::INFINITY {
+            bounds::FINGER.check("gripper.grasp.finger_length", g.finger_length)?;
+        }
         if 2.0 * g.fit >= g.opening {
             return Err(Error::argument("gripper.grasp.fit", "leaves no room for an object within the opening"));
         }
