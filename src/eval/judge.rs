@@ -14,7 +14,7 @@ use crate::action::{Action, Grasp, Push};
 use crate::error::{Error, Result, check_range};
 use crate::geom::Pose2;
 use crate::grasp::Jaw;
-use crate::physics::{self, GraspStatus, PhysicsOptions, PushStatus, Scratch, Transition};
+use crate::physics::{self, FOLLOW_PATHS, GraspStatus, PhysicsOptions, PushStatus, Scratch, Transition};
 use crate::run::{Key, Stop};
 use crate::scene::{Clearing, Gripper, Keeping, Problem, Scene, State, TipPath, Uncertainty};
 
@@ -80,6 +80,12 @@ impl JudgeOptions {
 
     pub fn validate(&self) -> Result<()> {
         self.physics.validate().map_err(|e| e.within("judge"))?;
+        if self.executor == Executor::Robot && !FOLLOW_PATHS.contains(&self.physics.engine.as_str()) {
+            let known = FOLLOW_PATHS.join(", ");
+            let reason =
+                format!("is `{}`, which cannot move the tip as the robot does; {known} can", self.physics.engine);
+            return Err(Error::argument("judge.physics.engine", reason));
+        }
         check_range("judge.friction_spread", self.friction_spread, 0.0..=0.9)?;
         check_range("judge.noise_position_m", self.noise_position_m, 0.0..=0.02)?;
         check_range("judge.noise_rotation_rad", self.noise_rotation_rad, 0.0..=0.5)

@@ -185,7 +185,7 @@ pub unsafe extern "C" fn jostle_scene_best_grasp(
 
 /// The best grasps of a body where all bodies are now, best first: at most `most`, fewer where there are no more. No two are
 /// alike: their positions are JOSTLE_GRASPS_APART from each other, or their closing directions JOSTLE_GRASPS_TURNED. The
-/// first is that of jostle_scene_best_grasp, and what a planner without networks would execute; each of the others is the
+/// first is that of jostle_scene_best_grasp (whose lengths and score may differ in the last bits), and what a planner without networks would execute; each of the others is the
 /// best of those that are unlike the ones before it. (Scores closer than 1e-9 count as equal.) All are allowed, and each
 /// report is what jostle_scene_examine_grasp says of its grasp, to the bit. A buffer for `most` reports is large enough.
 ///

@@ -240,14 +240,24 @@ pub unsafe extern "C" fn jostle_simulator_new(
         };
         let (world, bodies) = if target.id == 0 {
             let (problem, bodies) = content.clearing()?;
-            (Judge::of_clearing(&problem, &options, 0)?, bodies)
+            (Judge::of_clearing(&problem, &options, 0).map_err(judge_field)?, bodies)
         } else {
             let (problem, bodies) = content.problem(target)?;
-            (Judge::new(&problem, &options, 0)?, bodies)
+            (Judge::new(&problem, &options, 0).map_err(judge_field)?, bodies)
         };
         drop(content);
         out.give(Simulator { log: Arc::clone(&context.log), bodies, world: Mutex::new(world) })
     })
+}
+
+/// Errors of a judge's options, by the names that they have in C.
+fn judge_field(error: Error) -> Error {
+    match error {
+        Error::Argument { field, reason } => {
+            Error::Argument { field: field.replace("judge.physics.", "options."), reason }
+        }
+        other => other,
+    }
 }
 
 fn c_field(error: Error) -> Failure {

@@ -22,7 +22,7 @@ pub const JOSTLE_TIP_OWN: jostle_tip = 2;
 pub struct jostle_tip_path {
     /// Set by jostle_tip_path_default().
     pub struct_size: u32,
-    /// Not 0 where `base` is given.
+    /// 1 where `base` is given, else 0.
     pub has_base: u32,
     /// x: way from the start, y: height above the table, before the arm lifts. x rises, y never does. 1 to 64 points.
     pub sink: *const jostle_vec2,
@@ -94,6 +94,9 @@ pub unsafe extern "C" fn jostle_scene_set_tip_path(
                 let p = read_sized(path, "path")?;
                 (p, slice(p.sink, p.sink_count, "path.sink")?, slice(p.rise, p.rise_count, "path.rise")?)
             };
+            if p.has_base > 1 {
+                return Err(Failure::argument("path.has_base", format!("is {}; it must be 0 or 1", p.has_base)));
+            }
             let table = |points: &[jostle_vec2]| Table { points: points.iter().map(|p| [p.x, p.y]).collect() };
             let new = TipPath {
                 sink: table(sink),

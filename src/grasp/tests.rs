@@ -615,3 +615,14 @@ fn what_the_fingers_end_above_is_in_no_finger_s_way() {
     assert!(packed(0.02, 0.0, 0.05), "short fingers end at 20 mm on a body of 70 mm");
     assert!(!packed(0.02, 0.0, 0.051));
 }
+
+#[test]
+fn fingers_too_short_to_hold_anything_are_refused() {
+    let jaw = Gripper::robotiq_2f85();
+    let short = |finger_length: f64| {
+        let grasp = crate::scene::Grasper { finger_length, ..jaw.grasp };
+        Gripper { grasp, ..jaw.clone() }.validate().err().map(|error| error.to_string())
+    };
+    assert!(short(0.0049).unwrap().starts_with("gripper.grasp.finger_length: is 0.0049; fingers must reach"));
+    assert!(short(0.006).is_none() && short(f64::INFINITY).is_none() && short(f64::NAN).is_some());
+}

@@ -18,7 +18,9 @@ pub use bullet::Bullet;
 pub use bullet::BulletSettings;
 pub use dipn::{Dipn, DipnSettings};
 pub use ensemble::Ensemble;
-pub use options::{ENGINES, EngineInfo, EngineSettings, PhysicsOptions, Purpose, engine, engine_with, network};
+pub use options::{
+    ENGINES, EngineInfo, EngineSettings, FOLLOW_PATHS, PhysicsOptions, Purpose, engine, engine_with, network,
+};
 pub use planar::{Planar, PlanarSettings};
 pub use prism::{Prism, PrismSettings};
 pub use rapier::{Rapier, RapierSettings};

@@ -63,7 +63,7 @@ pub const ENGINES: [EngineInfo; 5] = [
 ];
 
 /// The engines that simulate [`crate::scene::Gripper::path`].
-const FOLLOW_PATHS: [&str; 3] = ["planar", "prism", "bullet"];
+pub const FOLLOW_PATHS: [&str; 3] = ["planar", "prism", "bullet"];
 
 /// Every constant of an engine, for settings that no preset has.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

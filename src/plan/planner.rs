@@ -396,6 +396,12 @@ impl Planner {
             None => self.take_chosen(plan, domain),
         }
         self.name_chosen(plan, weighed);
+        // A shorter plan than the search's engine knows of may hold in the confirming one.
+        let pushes = plan.actions.iter().filter(|a| matches!(a.action, Action::Push(_))).count() as u32;
+        if pushes < plan.actions.len() as u32 {
+            let within = plan.statistics.no_plan_within.zip(pushes.checked_sub(1));
+            plan.statistics.no_plan_within = within.map(|(proved, shorter)| proved.min(shorter));
+        }
         if let Some(join) = &self.recipe.join {
             join.merge(&mut plan.actions, domain.scene.gripper().scale());
         }

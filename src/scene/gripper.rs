@@ -243,6 +243,11 @@ impl Gripper {
         bounds::TIP_HEIGHT.check("gripper.grasp.lowest", g.lowest)?;
         if g.finger_length != f64::INFINITY {
             bounds::FINGER.check("gripper.grasp.finger_length", g.finger_length)?;
+            let least = LEAST_DEPTH * self.scale();
+            if g.finger_length < least {
+                let reason = format!("is {}; fingers must reach at least {least} m down a body", g.finger_length);
+                return Err(Error::argument("gripper.grasp.finger_length", reason));
+            }
         }
         if 2.0 * g.fit >= g.opening {
             return Err(Error::argument("gripper.grasp.fit", "leaves no room for an object within the opening"));

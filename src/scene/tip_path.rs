@@ -130,11 +130,13 @@ impl TipPath {
 
     /// Checks every number; errors name the field.
     pub fn validate(&self) -> Result<()> {
-        self.sink.validate("path.sink")?;
-        self.rise.validate("path.rise")?;
         let wrong = |field: String, reason: &str| Err(Error::argument(field, reason));
         for (i, point) in self.sink.points.iter().enumerate() {
             bounds::TIP_HEIGHT.check(&format!("path.sink[{i}]"), point[1])?;
+        }
+        self.sink.validate("path.sink")?;
+        if self.sink.points[0][0] < 0.0 {
+            return wrong("path.sink[0]".into(), "begins before the start of the push; give ways from 0 on");
         }
         if let Some(i) = self.sink.points.windows(2).position(|w| w[1][1] > w[0][1]) {
             return wrong(format!("path.sink[{}]", i + 1), "is above the point before; the tip rises only by `rise`");
@@ -142,6 +144,7 @@ impl TipPath {
         for (i, point) in self.rise.points.iter().enumerate() {
             bounds::TIP_HEIGHT.check(&format!("path.rise[{i}]"), point[1])?;
         }
+        self.rise.validate("path.rise")?;
         if let Some(i) = self.rise.points.windows(2).position(|w| w[1][1] < w[0][1]) {
             return wrong(format!("path.rise[{}]", i + 1), "is below the point before; a lift never falls");
         }
@@ -255,6 +258,7 @@ mod tests {
             (spoilt(|p| p.rise.points[4][1] = 0.0), "path.rise[4]: is below the point before"),
             (spoilt(|p| p.rise.points[0][1] = 0.001), "path.rise: does not go from [0, 0]"),
             (spoilt(|p| p.rise.points.truncate(10)), "path.rise: does not go from [0, 0]"),
+            (spoilt(|p| p.sink.points[0][0] = -0.1), "path.sink[0]: begins before"),
             (spoilt(|p| p.shortfall_along = f64::NAN), "path.shortfall_along: is NaN"),
             (spoilt(|p| p.base = Some([1e9, 0.0])), "path.base"),
         ] {

@@ -512,7 +512,7 @@ static void bad_planners(jostle_context *context, jostle_planner *planner, jostl
     WORLD(world.struct_size = 0, ARGUMENT, "options.struct_size: is 0");
     WORLD(world.engine = "newton", NOT_FOUND, "options.engine: ");
     WORLD(world.executor = 2, ARGUMENT, "options.executor: is 2");
-    WORLD((world.executor = JOSTLE_EXECUTOR_ROBOT, world.engine = "rapier"), JOSTLE_ERROR_UNSUPPORTED, "physics.engine: `rapier` cannot follow the path");
+    WORLD((world.executor = JOSTLE_EXECUTOR_ROBOT, world.engine = "rapier"), ARGUMENT, "options.engine: is `rapier`");
     WORLD(world.preset = "rough", NOT_FOUND, "options.preset: ");
     WORLD(world.friction_spread = NOT_A_NUMBER, ARGUMENT, "options.friction_spread: ");
     WORLD(world.position_noise = -1, ARGUMENT, "options.position_noise: is -1");

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use jostle::eval::{
-    ClosedLoopOptions, DEFAULT_MAX_ACTIONS, Event, Executor, Report, max_actions, push_travel, run_suite,
+    ClosedLoopOptions, DEFAULT_MAX_ACTIONS, Event, Executor, Report, TrialEnd, max_actions, push_travel, run_suite,
 };
 use jostle::plan::Control;
 use serde::Serialize;
@@ -100,6 +100,10 @@ fn text(report: &Report) -> String {
         number(t.actions_per_success, 2),
         t.blocked
     );
+    let left = report.cases.iter().flat_map(|c| &c.trials).filter(|trial| trial.end == TrialEnd::TargetLeft).count();
+    if left > 0 {
+        let _ = writeln!(out, "in {left} of the trials the target left the workspace, pushed out or lost by the hand");
+    }
     if t.grasp_chance.is_some() {
         let _ = writeln!(out, "of the grasps a real hand keeps {} by its model", percent(t.grasp_chance));
     }

@@ -49,6 +49,8 @@ struct Trial<'a> {
     gap: f64,
     /// Height of the fingers' lower end.
     height: f64,
+    /// Where that is to be.
+    bottom: f64,
     touching: [Vec<u8>; 2],
     force: [Vec<f64>; 2],
 }
@@ -70,9 +72,12 @@ impl<'a> Trial<'a> {
         world.place_bodies()?;
         let highest = bodies.iter().map(|&i| engine.scene.body(i).height).fold(0.0, f64::max);
         let count = bodies.len();
+        let target = engine.scene.bodies().get(grasp.body).map_or(0.0, |body| body.height);
+        let bottom = motion.pad_bottom.max(engine.scene.gripper().fingers_end(target));
         Ok(Self {
             engine,
             motion,
+            bottom,
             world,
             bodies,
             middle: vec2(grasp.position[0], grasp.position[1]),
@@ -80,7 +85,7 @@ impl<'a> Trial<'a> {
             angle: grasp.angle,
             half_thickness: gripper.finger_thickness / 2.0,
             gap: grasp.opening,
-            height: (highest + motion.start_above).max(motion.pad_bottom),
+            height: (highest + motion.start_above).max(bottom),
             touching: [vec![0; count], vec![0; count]],
             force: [vec![0.0; count], vec![0.0; count]],
         })
@@ -108,11 +113,11 @@ impl<'a> Trial<'a> {
     /// False if the stop was requested.
     fn descend(&mut self, trial: &mut GraspTrial, stop: &Stop) -> Result<bool> {
         let stride = self.motion.descend_speed * self.engine.settings.time_step;
-        while self.height > self.motion.pad_bottom {
+        while self.height > self.bottom {
             if stop.requested() {
                 return Ok(false);
             }
-            let down = stride.min(self.height - self.motion.pad_bottom);
+            let down = stride.min(self.height - self.bottom);
             self.step(0.0, -down)?;
             for finger in 0..2 {
                 for (k, &body) in self.bodies.iter().enumerate() {

@@ -111,7 +111,7 @@ pub struct AssessRobotArgs {
     #[arg(long, value_enum, default_value = "kept")]
     pub outcome: OutcomeArg,
     /// The gripper whose score is looked at: robotiq_2f85_kept (the chance that it keeps the body), robotiq_2f85 (by the shape
-    /// of the grip) or dissertation_mask; with NAME:FILE the chance that FILE of `jostle fit grasp` has
+    /// of the grip), robotiq_2f85_ur5e (whose tip's path counts for pushes) or dissertation_mask; with NAME:FILE the chance that FILE of `jostle fit grasp` has
     #[arg(long, default_value = "robotiq_2f85_kept", value_name = "NAME[:FILE]")]
     pub gripper: String,
     #[command(flatten)]

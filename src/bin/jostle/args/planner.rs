@@ -38,7 +38,7 @@ pub struct PlannerArgs {
     #[arg(long, value_name = "PRIOR[:FILE]")]
     pub prior: Option<String>,
     /// A gripper to take the place of the scene's: robotiq_2f85, robotiq_2f85_kept (scores grasps by the chance that it
-    /// keeps the body) or dissertation_mask; with NAME:FILE it scores by the chance that FILE of `jostle fit grasp` has
+    /// keeps the body), robotiq_2f85_ur5e (that one, whose tip goes as a UR5e moves it) or dissertation_mask; with NAME:FILE it scores by the chance that FILE of `jostle fit grasp` has
     #[arg(long, value_name = "NAME[:FILE]")]
     pub gripper: Option<String>,
     /// Wall-clock seconds of a decision [default: the planner's published budget]
