@@ -115,3 +115,35 @@ fn a_straight_path_is_the_straight_push() {
         assert!(apart < 1e-4, "{id}: {apart}");
     }
 }
+
+/// Bullet tries a grasp out with fingers that end where the gripper's do: above low neighbours on every side.
+#[cfg(feature = "bullet")]
+#[test]
+fn fingers_that_end_above_the_neighbours_are_not_blocked_by_them() {
+    use jostle::grasp::{GraspParams, GraspScratch, GraspTest};
+    use jostle::scene::Grasper;
+    let held = |finger_length: f64| {
+        let mut builder = SceneBuilder::new();
+        let mut poses = Vec::new();
+        for (x, y, height) in
+            [(0.0, 0.0, 0.1), (0.046, 0.0, 0.02), (-0.046, 0.0, 0.02), (0.0, 0.046, 0.02), (0.0, -0.046, 0.02)]
+        {
+            builder.add_body(BodyDef { height, ..BodyDef::new(Shape::rectangle(0.045, 0.045)) }).unwrap();
+            poses.push(Pose2::new(0.5 + x, y, 0.0));
+        }
+        let jaw = Gripper::robotiq_2f85();
+        builder.gripper(Gripper { grasp: Grasper { finger_length, ..jaw.grasp }, ..jaw });
+        let (scene, state) = (Arc::new(builder.build().unwrap()), State::new(poses));
+        let short = scene.with_gripper(Gripper {
+            grasp: Grasper { finger_length: 0.03, ..scene.gripper().grasp },
+            ..scene.gripper().clone()
+        });
+        let test = GraspTest::new(GraspParams::default()).unwrap();
+        let grasp = test.best(&short.unwrap(), &state, 0, &mut GraspScratch::default()).expect("it is above them");
+        let options = PhysicsOptions::named("bullet", None, jostle::physics::Purpose::Judging).unwrap();
+        let engine = engine(&options, Arc::clone(&scene)).unwrap();
+        engine.grasp(&mut engine.scratch(), &state, &grasp, &Stop::never()).unwrap().took(0)
+    };
+    assert!(held(0.03), "they end at 70 mm");
+    assert!(!held(f64::INFINITY), "they end at the table, on the neighbours");
+}
